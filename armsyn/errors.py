@@ -1,0 +1,223 @@
+"""The errors of armsyn, each with the exit status its command ends with.
+
+::
+
+    ArmsynError                         never raised itself
+    +-- InputError (ValueError)         exit 2: what the user gave
+    |   +-- DescriptionError            an arm's description or synergies file
+    |   +-- FormatError                 a motion, capture or recording file
+    |   +-- CaptureError                captures that learning cannot use
+    +-- ArmFaultError                   exit 3: the arm, the bus, the port
+    |   +-- PortError                   no such port, no permission, taken, lost
+    |   |   +-- PortLostError
+    |   +-- BusError                    what a transaction can end in
+    |   |   +-- BusTimeoutError (TimeoutError)
+    |   |   +-- ServoStatusError        a servo answered with an error number
+    |   +-- BusRateError                a rate the wire cannot carry
+    |   +-- ServoMissingError           an expected ID does not answer
+    |   +-- ServoMismatchError          another model, mode or setting than described
+    |   +-- HardwareFaultError          alert, shutdown, torque lost, watchdog expired
+    |   +-- FollowingError              the arm does not follow its goals
+    +-- RefusedMotionError              exit 4: a motion that must not start
+        +-- UnreachableError            no posture within tolerance of the target
+        +-- LimitError                  a joint's range, speed or acceleration
+
+Messages are one line: what, where, what to do. The evidence stands in fields beside it.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+
+class ArmsynError(Exception):
+    """Any error that armsyn raises on purpose."""
+
+    exit_status: ClassVar[int] = 1
+
+
+class InputError(ArmsynError, ValueError):
+    """Something the user gave is not usable."""
+
+    exit_status = 2
+
+
+class DescriptionError(InputError):
+    """An arm's description, calibration or synergies file is not usable."""
+
+
+class FormatError(InputError):
+    """A motion file cannot be read as what it claims to be."""
+
+
+class CaptureError(InputError):
+    """Captured motions that learning or scoring cannot use."""
+
+
+class ArmFaultError(ArmsynError):
+    """The arm, its bus or its port failed."""
+
+    exit_status = 3
+
+
+class PortError(ArmFaultError):
+    """A serial port that cannot be opened."""
+
+
+class PortLostError(PortError):
+    """A serial port that went away while in use."""
+
+
+class BusError(ArmFaultError):
+    """A transaction on the bus did not succeed."""
+
+
+class BusTimeoutError(BusError, TimeoutError):
+    """A servo did not answer before the transaction's deadline.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    servo_ids : tuple of int
+        Who was silent.
+    """
+
+    def __init__(self, message: str, servo_ids: tuple[int, ...] = ()) -> None:
+        super().__init__(message)
+        self.servo_ids = servo_ids
+
+
+class ServoStatusError(BusError):
+    """A servo answered with an error number in its status packet.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    servo_id : int
+        Who answered.
+    error_number : int
+        Bits 0-6 of the status packet's error field (e-Manual, Protocol 2.0, "Error").
+    """
+
+    def __init__(self, message: str, servo_id: int, error_number: int) -> None:
+        super().__init__(message)
+        self.servo_id = servo_id
+        self.error_number = error_number
+
+
+class BusRateError(ArmFaultError):
+    """The wire cannot carry the rate that was asked for.
+
+    Parameters
+    ----------
+    message : str
+        One line with the arithmetic.
+    rate_hz : float
+        What was asked for.
+    cycle_s : float
+        What one cycle takes on the wire, s.
+    """
+
+    def __init__(self, message: str, rate_hz: float, cycle_s: float) -> None:
+        super().__init__(message)
+        self.rate_hz = rate_hz
+        self.cycle_s = cycle_s
+
+
+class ServoMissingError(ArmFaultError):
+    """Servos of the description do not answer on the bus.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    servo_ids : tuple of int
+        Who is missing.
+    """
+
+    def __init__(self, message: str, servo_ids: tuple[int, ...]) -> None:
+        super().__init__(message)
+        self.servo_ids = servo_ids
+
+
+class ServoMismatchError(ArmFaultError):
+    """A servo is not the model, or not set up as, the description says."""
+
+
+class HardwareFaultError(ArmFaultError):
+    """A servo reports a hardware error, lost its torque or its watchdog expired.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    servo_id : int
+        Which servo.
+    """
+
+    def __init__(self, message: str, servo_id: int) -> None:
+        super().__init__(message)
+        self.servo_id = servo_id
+
+
+class FollowingError(ArmFaultError):
+    """The measured posture left the commanded one.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    joint : str
+        Which joint.
+    error_rad : float
+        By how much, rad.
+    """
+
+    def __init__(self, message: str, joint: str, error_rad: float) -> None:
+        super().__init__(message)
+        self.joint = joint
+        self.error_rad = error_rad
+
+
+class RefusedMotionError(ArmsynError):
+    """A motion that is refused before anything moves."""
+
+    exit_status = 4
+
+
+class UnreachableError(RefusedMotionError):
+    """A target that the arm cannot reach within tolerance.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    miss_m : float
+        How far from the target the best attempt ended, m.
+    """
+
+    def __init__(self, message: str, miss_m: float) -> None:
+        super().__init__(message)
+        self.miss_m = miss_m
+
+
+class LimitError(RefusedMotionError):
+    """A joint would leave its range, speed or acceleration.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    joint : str
+        Which joint.
+    value, limit : float
+        What came and what is allowed, in the joint's SI unit.
+    """
+
+    def __init__(self, message: str, joint: str, value: float, limit: float) -> None:
+        super().__init__(message)
+        self.joint = joint
+        self.value = value
+        self.limit = limit

@@ -1,0 +1,134 @@
+"""The one container that every motion travels in: captured, planned or recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armsyn.errors import FormatError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion sampled in time: joint angles, landmark positions, or both.
+
+    Parameters
+    ----------
+    time : array, shape (frames,)
+        Seconds, finite and strictly increasing; at least two frames.
+    joint_names : tuple of str
+        One a column of `angles`; empty when there are none.
+    angles : array, shape (frames, joints) or None
+        Radians (metres for prismatic joints).
+    landmark_names : tuple of str
+        One a landmark, the end effector last; empty when there are none.
+    landmarks : array, shape (frames, landmarks, 3) or None
+        Metres, in one fixed frame. NaN marks a gap.
+    source : str
+        Where it comes from, for people: file, recording, port.
+
+    Raises
+    ------
+    FormatError
+        When the parts do not fit each other, or time does not increase.
+    """
+
+    time: FloatArray
+    joint_names: tuple[str, ...] = ()
+    angles: FloatArray | None = None
+    landmark_names: tuple[str, ...] = ()
+    landmarks: FloatArray | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        time = _frozen_array(self.time)
+        object.__setattr__(self, "time", time)
+        if time.ndim != 1 or time.size < 2 or not np.isfinite(time).all():
+            raise FormatError(
+                f"{self.source or 'motion'}: time must be at least two finite numbers of seconds"
+            )
+        if not (np.diff(time) > 0).all():
+            frame = int(np.argmin(np.diff(time) > 0)) + 1
+            raise FormatError(
+                f"{self.source or 'motion'}: time does not increase at frame {frame}"
+            )
+        if self.angles is None and self.landmarks is None:
+            raise FormatError(f"{self.source or 'motion'}: neither joint angles nor landmarks")
+        self._check_part("angles", self.joint_names, 2)
+        self._check_part("landmarks", self.landmark_names, 3)
+
+    def _check_part(self, part: str, names: tuple[str, ...], dimensions: int) -> None:
+        values = getattr(self, part)
+        if values is None:
+            if names:
+                raise FormatError(f"{self.source or 'motion'}: names of {part} without {part}")
+            return
+        array = _frozen_array(values)
+        object.__setattr__(self, part, array)
+        expected = (self.time.size, len(names)) + ((3,) if dimensions == 3 else ())
+        if array.shape != expected:
+            raise FormatError(
+                f"{self.source or 'motion'}: {part} have shape {array.shape}, expected {expected}"
+            )
+        if len(set(names)) != len(names):
+            raise FormatError(f"{self.source or 'motion'}: names of {part} are not unique: {names}")
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return int(self.time.size)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def rate(self) -> float:
+        """Mean frame rate, Hz."""
+        return (self.frames - 1) / self.duration
+
+    @property
+    def hand(self) -> FloatArray:
+        """Positions of the end effector, the last landmark, shape (frames, 3), m.
+
+        Raises
+        ------
+        FormatError
+            When the motion has no landmarks.
+        """
+        if self.landmarks is None:
+            raise FormatError(f"{self.source or 'motion'}: no landmark positions, only angles")
+        return self.landmarks[:, -1]
+
+    def between(self, first: int, last: int) -> Self:
+        """Return the frames `first` to `last`, both included, time starting at zero.
+
+        Raises
+        ------
+        FormatError
+            When fewer than two frames remain.
+        """
+        kept = slice(first, last + 1)
+        time = self.time[kept]
+        if time.size < 2:
+            raise FormatError(f"{self.source or 'motion'}: no two frames in {first}..{last}")
+        return type(self)(
+            time=time - time[0],
+            joint_names=self.joint_names,
+            angles=None if self.angles is None else self.angles[kept],
+            landmark_names=self.landmark_names,
+            landmarks=None if self.landmarks is None else self.landmarks[kept],
+            source=self.source,
+        )
+
+
+def _frozen_array(values: ArrayLike) -> FloatArray:
+    array = np.array(values, dtype=np.float64)
+    array.flags.writeable = False
+    return array
