@@ -1,0 +1,75 @@
+"""Where an arm's files are looked for."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from armsyn.errors import DescriptionError
+
+ENVIRONMENT_VARIABLE = "ARMSYN_CALIBRATION"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+
+
+def search_path(directory: Path | None = None) -> tuple[Path, ...]:
+    """Directories that may hold an arm's files, the first to be searched first.
+
+    Parameters
+    ----------
+    directory : Path, optional
+        The only one to search, when given (``--calibration DIR``).
+
+    Returns
+    -------
+    tuple of Path
+        `directory`; else ``$ARMSYN_CALIBRATION``, ``./calibration``, the copies packaged
+        with the wheel, and the project's own ``calibration`` folder beside the package.
+    """
+    if directory is not None:
+        return (directory,)
+    package = Path(__file__).resolve().parents[1]
+    places = [Path("calibration"), package / "calibration", package.parent / "calibration"]
+    from_environment = os.environ.get(ENVIRONMENT_VARIABLE)
+    if from_environment:
+        places.insert(0, Path(from_environment))
+    return tuple(places)
+
+
+def find_file(name: str, suffix: str, directory: Path | None = None) -> Path:
+    """Find ``<name><suffix>`` on the search path.
+
+    Parameters
+    ----------
+    name : str
+        An arm's name: letters, digits, ``-`` and ``_``.
+    suffix : str
+        Such as ``.toml`` or ``.synergies.json``.
+    directory : Path, optional
+        Search only here.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    DescriptionError
+        No such file, or a name that is no name (a path, say).
+    """
+    if not _NAME.fullmatch(name):
+        raise DescriptionError(f"{name!r} is not the name of an arm: letters, digits, - and _ only")
+    places = search_path(directory)
+    for place in places:
+        if (place / f"{name}{suffix}").is_file():
+            return place / f"{name}{suffix}"
+    known = ", ".join(arm_names(directory)) or "none"
+    raise DescriptionError(
+        f"no {name}{suffix} in {', '.join(str(p) for p in dict.fromkeys(places))}"
+        f" (arms found: {known})"
+    )
+
+
+def arm_names(directory: Path | None = None) -> list[str]:
+    """Names of all arms described on the search path, sorted."""
+    return sorted({file.stem for place in search_path(directory) for file in place.glob("*.toml")})
