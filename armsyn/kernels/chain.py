@@ -2,17 +2,20 @@
 
 Every joint is described in a frame turned so that its axis is z, which leaves the variable
 part of each joint a rotation of two columns (or a shift along the third).
+
+Kernels that run inside a step take plain arrays: a tuple of arrays handed from kernel to kernel
+costs a reference count for each, which made a step three times slower.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.kernels.compiling import kernel
+from armsyn.kernels.trigonometry import sines_and_cosines
 
 FloatArray = NDArray[np.float64]
 
@@ -39,47 +42,35 @@ class ChainArrays(NamedTuple):
     upper: FloatArray
 
 
-class ChainState(NamedTuple):
-    """What forward kinematics writes.
-
-    Attributes
-    ----------
-    origins : array, shape (n + 1, 3)
-        Positions of every joint's frame and, last, of the tip, in the base frame, m.
-    axes : array, shape (n, 3)
-        Joint axes in the base frame.
-    frames : array, shape (n + 1, 3, 3)
-        Orientations of the canonical frames (after the joint's own motion) and of the tip.
-    """
-
-    origins: FloatArray
-    axes: FloatArray
-    frames: FloatArray
-
-
 @kernel
-def forward(chain, q, state):  # type: ignore[no-untyped-def]
-    """Fill `state` with the frames of `chain` at posture `q`, shape (n,)."""
+def forward(rotation, translation, prismatic, q, trig, origins, axes, tip):  # type: ignore[no-untyped-def]
+    """Forward kinematics of posture q, shape (n,).
+
+    Fills `origins`, shape (n + 1, 3), positions of every joint and the tip, m; `axes`, shape
+    (n, 3), the joints' axes; and `tip`, shape (3, 3), the tip's orientation; all in the base
+    frame. `trig`, shape (2, n), is workspace.
+    """
     n = q.shape[0]
+    sines_and_cosines(q, trig[0], trig[1])
     r00 = r11 = r22 = 1.0
     r01 = r02 = r10 = r12 = r20 = r21 = 0.0
     x = y = z = 0.0
     for i in range(n + 1):
-        t0 = chain.translation[i, 0]
-        t1 = chain.translation[i, 1]
-        t2 = chain.translation[i, 2]
+        t0 = translation[i, 0]
+        t1 = translation[i, 1]
+        t2 = translation[i, 2]
         x += r00 * t0 + r01 * t1 + r02 * t2
         y += r10 * t0 + r11 * t1 + r12 * t2
         z += r20 * t0 + r21 * t1 + r22 * t2
-        f00 = chain.rotation[i, 0, 0]
-        f01 = chain.rotation[i, 0, 1]
-        f02 = chain.rotation[i, 0, 2]
-        f10 = chain.rotation[i, 1, 0]
-        f11 = chain.rotation[i, 1, 1]
-        f12 = chain.rotation[i, 1, 2]
-        f20 = chain.rotation[i, 2, 0]
-        f21 = chain.rotation[i, 2, 1]
-        f22 = chain.rotation[i, 2, 2]
+        f00 = rotation[i, 0, 0]
+        f01 = rotation[i, 0, 1]
+        f02 = rotation[i, 0, 2]
+        f10 = rotation[i, 1, 0]
+        f11 = rotation[i, 1, 1]
+        f12 = rotation[i, 1, 2]
+        f20 = rotation[i, 2, 0]
+        f21 = rotation[i, 2, 1]
+        f22 = rotation[i, 2, 2]
         a00 = r00 * f00 + r01 * f10 + r02 * f20
         a01 = r00 * f01 + r01 * f11 + r02 * f21
         a02 = r00 * f02 + r01 * f12 + r02 * f22
@@ -89,81 +80,69 @@ def forward(chain, q, state):  # type: ignore[no-untyped-def]
         a20 = r20 * f00 + r21 * f10 + r22 * f20
         a21 = r20 * f01 + r21 * f11 + r22 * f21
         a22 = r20 * f02 + r21 * f12 + r22 * f22
-        r02 = a02
-        r12 = a12
-        r22 = a22
+        s = 0.0
+        c = 1.0
         if i < n:
-            state.axes[i, 0] = a02
-            state.axes[i, 1] = a12
-            state.axes[i, 2] = a22
-            if chain.prismatic[i]:
+            axes[i, 0] = a02
+            axes[i, 1] = a12
+            axes[i, 2] = a22
+            if prismatic[i]:
                 x += a02 * q[i]
                 y += a12 * q[i]
                 z += a22 * q[i]
-                r00 = a00
-                r01 = a01
-                r10 = a10
-                r11 = a11
-                r20 = a20
-                r21 = a21
             else:
-                c = math.cos(q[i])
-                s = math.sin(q[i])
-                r00 = a00 * c + a01 * s
-                r01 = a01 * c - a00 * s
-                r10 = a10 * c + a11 * s
-                r11 = a11 * c - a10 * s
-                r20 = a20 * c + a21 * s
-                r21 = a21 * c - a20 * s
-        else:
-            r00 = a00
-            r01 = a01
-            r10 = a10
-            r11 = a11
-            r20 = a20
-            r21 = a21
-        state.origins[i, 0] = x
-        state.origins[i, 1] = y
-        state.origins[i, 2] = z
-        frame = state.frames[i]
-        frame[0, 0] = r00
-        frame[0, 1] = r01
-        frame[0, 2] = r02
-        frame[1, 0] = r10
-        frame[1, 1] = r11
-        frame[1, 2] = r12
-        frame[2, 0] = r20
-        frame[2, 1] = r21
-        frame[2, 2] = r22
+                s = trig[0, i]
+                c = trig[1, i]
+        origins[i, 0] = x
+        origins[i, 1] = y
+        origins[i, 2] = z
+        r00 = a00 * c + a01 * s
+        r01 = a01 * c - a00 * s
+        r02 = a02
+        r10 = a10 * c + a11 * s
+        r11 = a11 * c - a10 * s
+        r12 = a12
+        r20 = a20 * c + a21 * s
+        r21 = a21 * c - a20 * s
+        r22 = a22
+    tip[0, 0] = r00
+    tip[0, 1] = r01
+    tip[0, 2] = r02
+    tip[1, 0] = r10
+    tip[1, 1] = r11
+    tip[1, 2] = r12
+    tip[2, 0] = r20
+    tip[2, 1] = r21
+    tip[2, 2] = r22
 
 
 @kernel
-def jacobian(chain, state, J):  # type: ignore[no-untyped-def]
+def jacobian(prismatic, origins, axes, J):  # type: ignore[no-untyped-def]
     """Fill the geometric Jacobian of the tip, shape (3, n) or (6, n): m/rad, then rad/rad."""
     m, n = J.shape
-    ex = state.origins[n, 0]
-    ey = state.origins[n, 1]
-    ez = state.origins[n, 2]
+    ex = origins[n, 0]
+    ey = origins[n, 1]
+    ez = origins[n, 2]
     for i in range(n):
-        ax = state.axes[i, 0]
-        ay = state.axes[i, 1]
-        az = state.axes[i, 2]
-        if chain.prismatic[i]:
+        ax = axes[i, 0]
+        ay = axes[i, 1]
+        az = axes[i, 2]
+        slides = prismatic[i]
+        if slides:
             J[0, i] = ax
             J[1, i] = ay
             J[2, i] = az
         else:
-            dx = ex - state.origins[i, 0]
-            dy = ey - state.origins[i, 1]
-            dz = ez - state.origins[i, 2]
+            dx = ex - origins[i, 0]
+            dy = ey - origins[i, 1]
+            dz = ez - origins[i, 2]
             J[0, i] = ay * dz - az * dy
             J[1, i] = az * dx - ax * dz
             J[2, i] = ax * dy - ay * dx
         if m == 6:
-            turns = not chain.prismatic[i]
-            J[3, i] = ax if turns else 0.0
-            J[4, i] = ay if turns else 0.0
-            J[5, i] = az if turns else 0.0
+            J[3, i] = 0.0 if slides else ax
+            J[4, i] = 0.0 if slides else ay
+            J[5, i] = 0.0 if slides else az
 
 
 @kernel
@@ -171,7 +150,37 @@ def positions_along(chain, path):  # type: ignore[no-untyped-def]
     """Positions of all joints and the tip along `path`, (frames, n) to (frames, n + 1, 3), m."""
     frames, n = path.shape
     positions = np.empty((frames, n + 1, 3))
-    state = ChainState(positions[0], np.empty((n, 3)), np.empty((n + 1, 3, 3)))
+    trig = np.empty((2, n))
+    axes = np.empty((n, 3))
+    tip = np.empty((3, 3))
     for frame in range(frames):
-        forward(chain, path[frame], ChainState(positions[frame], state.axes, state.frames))
+        forward(
+            chain.rotation,
+            chain.translation,
+            chain.prismatic,
+            path[frame],
+            trig,
+            positions[frame],
+            axes,
+            tip,
+        )
     return positions
+
+
+@kernel
+def jacobian_at(chain, q, J):  # type: ignore[no-untyped-def]
+    """Fill the geometric Jacobian of the tip at posture q, shape (3, n) or (6, n)."""
+    n = q.shape[0]
+    origins = np.empty((n + 1, 3))
+    axes = np.empty((n, 3))
+    forward(
+        chain.rotation,
+        chain.translation,
+        chain.prismatic,
+        q,
+        np.empty((2, n)),
+        origins,
+        axes,
+        np.empty((3, 3)),
+    )
+    jacobian(chain.prismatic, origins, axes, J)

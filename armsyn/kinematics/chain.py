@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from armsyn.errors import InputError
 from armsyn.kernels import chain as kernels
-from armsyn.kinematics.rotation import from_rpy, turning_z_to
+from armsyn.kinematics.rotation import from_expmap, from_rpy, turning_z_to
 
 FloatArray = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -108,13 +108,13 @@ class SerialChain:
         self.names = names
         self.tip_xyz = tip_xyz
         self.tip_rpy = tip_rpy
-        self._turns = np.array([turning_z_to(joint.axis) for joint in joints])
         self.arrays = self._canonical_arrays()
 
     def _canonical_arrays(self) -> kernels.ChainArrays:
         """Turn every frame so that its joint's axis is z."""
-        before = np.concatenate([np.eye(3)[None], self._turns]).transpose(0, 2, 1)
-        after = np.concatenate([self._turns, np.eye(3)[None]])
+        turns = np.array([turning_z_to(joint.axis) for joint in self.joints])
+        before = np.concatenate([np.eye(3)[None], turns]).transpose(0, 2, 1)
+        after = np.concatenate([turns, np.eye(3)[None]])
         fixed = np.array([from_rpy(j.rpy) for j in self.joints] + [from_rpy(self.tip_rpy)])
         shifts = np.array([j.xyz for j in self.joints] + [self.tip_xyz])
         return kernels.ChainArrays(
@@ -168,13 +168,6 @@ class SerialChain:
             )
         return posture
 
-    def new_state(self) -> kernels.ChainState:
-        """Workspace for the kernels."""
-        n = self.dof
-        return kernels.ChainState(
-            np.zeros((n + 1, 3)), np.zeros((n, 3)), np.zeros((n + 1, 3, 3))
-        )
-
     def forward(self, q: ArrayLike) -> ChainFrames:
         """Positions and orientations of every joint and the tip.
 
@@ -192,11 +185,16 @@ class SerialChain:
         InputError
             Wrong count, or not finite.
         """
-        state = self.new_state()
-        kernels.forward(self.arrays, self.checked_posture(q), state)
-        orientations = state.frames
-        orientations[:-1] = orientations[:-1] @ self._turns.transpose(0, 2, 1)
-        return ChainFrames(state.origins, orientations)
+        posture = self.checked_posture(q)
+        orientations = np.empty((self.dof + 1, 3, 3))
+        orientation = np.eye(3)
+        for row, (joint, value) in enumerate(zip(self.joints, posture, strict=True)):
+            turn = value if joint.kind == "revolute" else 0.0
+            axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
+            orientation = orientation @ from_rpy(joint.rpy) @ from_expmap(turn * axis)
+            orientations[row] = orientation
+        orientations[-1] = orientation @ from_rpy(self.tip_rpy)
+        return ChainFrames(self.positions(posture[None])[0], orientations)
 
     def positions(self, angles: ArrayLike) -> FloatArray:
         """Positions of every joint and the tip along a path.
@@ -241,8 +239,6 @@ class SerialChain:
         InputError
             Wrong count, or not finite.
         """
-        state = self.new_state()
-        kernels.forward(self.arrays, self.checked_posture(q), state)
         J = np.empty((6 if pose else 3, self.dof))
-        kernels.jacobian(self.arrays, state, J)
+        kernels.jacobian_at(self.arrays, self.checked_posture(q), J)
         return J

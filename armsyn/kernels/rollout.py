@@ -1,0 +1,280 @@
+"""The controller with synergy as compiled roll-outs (Aubry, Julliard, Gibet 2009, 3.1-3.2).
+
+One step: dX = X_d - H(theta); dtheta = lambda dt O(J, dX); theta' = theta + phi(t) M dtheta,
+clamped to the joints' limits.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+from numpy.typing import NDArray
+
+from armsyn.kernels.chain import forward, jacobian
+from armsyn.kernels.compiling import kernel, parallel_kernel
+from armsyn.kernels.optimisers import change_of_posture
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class Synergies(NamedTuple):
+    """Diagonal M and sigmoids phi of one or more synergies, a row each (a lane).
+
+    Attributes
+    ----------
+    gains : array, shape (lanes, n)
+        Diagonal of M.
+    slopes, offsets : array, shape (lanes, 1) or (lanes, n)
+        phi = 1 / (1 + exp(offset - slope t)), slope in 1/s; one for all joints or one each.
+        An offset of minus infinity makes phi = 1 (phi_A).
+    """
+
+    gains: FloatArray
+    slopes: FloatArray
+    offsets: FloatArray
+
+
+class Timing(NamedTuple):
+    """Rates of a roll-out.
+
+    Attributes
+    ----------
+    rate : float
+        lambda, 1/s.
+    dt : float
+        Time between frames, s.
+    ramp : float
+        phi is multiplied by a minimum-jerk ramp of this duration, s; 0 for none.
+    """
+
+    rate: float
+    dt: float
+    ramp: float
+
+
+class Task(NamedTuple):
+    """Where the hand is to go.
+
+    Attributes
+    ----------
+    position : array, shape (3,)
+        m, base frame.
+    orientation : array, shape (3, 3), or (0, 0) for a position task
+        Of the tip in the base frame.
+    """
+
+    position: FloatArray
+    orientation: FloatArray
+
+
+class Captures(NamedTuple):
+    """Captured landmark paths, a row each, padded to the longest.
+
+    Attributes
+    ----------
+    landmarks : array, shape (motions, frames, landmarks, 3)
+        m, base frame.
+    frames : array of int, shape (motions,)
+        How many frames each has.
+    rows : array of int, shape (landmarks,)
+        The chain's row (joint, or n for the tip) that each landmark is compared with.
+    starts : array, shape (motions, n)
+        Posture that each roll-out starts from.
+    targets : array, shape (motions, 3)
+        Position that each roll-out reaches for, m.
+    """
+
+    landmarks: FloatArray
+    frames: IntArray
+    rows: IntArray
+    starts: FloatArray
+    targets: FloatArray
+
+
+@kernel
+def task_error(position, orientation, hand, tip, dX):  # type: ignore[no-untyped-def]
+    """Fill dX, shape (3,) or (6,): position error, m, and rotation vector to the wanted pose, rad.
+
+    Returns the distance of the positions, m.
+    """
+    for k in range(3):
+        dX[k] = position[k] - hand[k]
+    if dX.shape[0] == 6:
+        _rotation_error(orientation, tip, dX)
+    return math.sqrt(dX[0] * dX[0] + dX[1] * dX[1] + dX[2] * dX[2])
+
+
+@kernel
+def _rotation_error(wanted, present, dX):  # type: ignore[no-untyped-def]
+    """Write the logarithm of wanted present^T (base frame) to dX[3:6]."""
+    r = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for k in range(3):
+                total += wanted[i, k] * present[j, k]
+            r[i, j] = total
+    x = r[2, 1] - r[1, 2]
+    y = r[0, 2] - r[2, 0]
+    z = r[1, 0] - r[0, 1]
+    sine = 0.5 * math.sqrt(x * x + y * y + z * z)
+    cosine = 0.5 * (r[0, 0] + r[1, 1] + r[2, 2] - 1.0)
+    angle = math.atan2(sine, cosine)
+    if sine > 1e-6:
+        scale = 0.5 * angle / sine
+        dX[3] = x * scale
+        dX[4] = y * scale
+        dX[5] = z * scale
+    elif cosine > 0.0:
+        dX[3] = 0.5 * x
+        dX[4] = 0.5 * y
+        dX[5] = 0.5 * z
+    else:
+        # Half a turn: any column of r + 1 is along the axis; take the longest
+        best = 0
+        for k in range(1, 3):
+            if r[k, k] > r[best, best]:
+                best = k
+        norm = math.sqrt(2.0 * (1.0 + r[best, best]))
+        for k in range(3):
+            dX[3 + k] = angle * (r[k, best] + (1.0 if k == best else 0.0)) / norm
+
+
+@kernel
+def ramp_value(t, duration):  # type: ignore[no-untyped-def]
+    """Minimum-jerk rise from 0 to 1 over `duration` (Flash and Hogan 1985); 1 when it is 0."""
+    if t >= duration:
+        return 1.0
+    s = t / duration
+    return s * s * s * (10.0 + s * (6.0 * s - 15.0))
+
+
+@kernel
+def apply_synergy(gains, slopes, offsets, factor, t, lower, upper, dq, q):  # type: ignore[no-untyped-def]
+    """Add factor phi(t) M dq to posture q, all of shape (n,), clamped to the limits."""
+    shared = slopes.shape[0] == 1
+    phi = 0.0
+    for i in range(q.shape[0]):
+        if i == 0 or not shared:
+            phi = factor / (1.0 + math.exp(offsets[i] - slopes[i] * t))
+        q[i] = min(max(q[i] + phi * gains[i] * dq[i], lower[i]), upper[i])
+
+
+@kernel
+def roll_out(chain, optimiser, gains, slopes, offsets, timing, task, tolerance, path, positions):  # type: ignore[no-untyped-def]
+    """Fill `path`, shape (frames, n), from the posture in its first row.
+
+    Fills `positions`, shape (frames, n + 1, 3), too: every joint and the tip, m. Stops early
+    once the hand is within `tolerance` (m) of the target's position and, for a pose, within
+    `tolerance` rad of its orientation; a negative tolerance fills every frame.
+
+    Returns
+    -------
+    tuple of (int, float)
+        Frames filled, and the distance to the target at the last of them, m.
+    """
+    frames, n = path.shape
+    m = 6 if task.orientation.shape[0] == 3 else 3
+    rotation, translation, prismatic, lower, upper = chain
+    position, orientation = task
+    rate, dt, ramp = timing
+    q = path[0].copy()
+    trig, axes, tip = np.empty((2, n)), np.empty((n, 3)), np.empty((3, 3))
+    J, dX, dq = np.empty((m, n)), np.empty(m), np.empty(n)
+    B, V, y = np.empty((m, m)), np.empty((m, m)), np.empty(m)
+    distance = 0.0
+    for frame in range(frames):
+        for i in range(n):
+            path[frame, i] = q[i]
+        origins = positions[frame]
+        forward(rotation, translation, prismatic, q, trig, origins, axes, tip)
+        distance = task_error(position, orientation, origins[n], tip, dX)
+        turn = 0.0
+        for k in range(3, m):
+            turn += dX[k] * dX[k]
+        if distance <= tolerance and math.sqrt(turn) <= tolerance:
+            return frame + 1, distance
+        if frame + 1 < frames:
+            t = frame * dt
+            jacobian(prismatic, origins, axes, J)
+            change_of_posture(optimiser, J, dX, B, V, y, dq)
+            factor = rate * dt * ramp_value(t, ramp)
+            apply_synergy(gains, slopes, offsets, factor, t, lower, upper, dq, q)
+    return frames, distance
+
+
+@kernel
+def paper_distance(positions, rows, landmarks):  # type: ignore[no-untyped-def]
+    """Paper 3.4: mean over frames and over landmarks (l joints and the hand) of distances, m.
+
+    `positions`, shape (frames, n + 1, 3), at its `rows`, shape (landmarks,), against
+    `landmarks`, shape (frames, landmarks, 3).
+    """
+    frames = positions.shape[0]
+    total = 0.0
+    for frame in range(frames):
+        for mark in range(rows.shape[0]):
+            row = rows[mark]
+            dx = positions[frame, row, 0] - landmarks[frame, mark, 0]
+            dy = positions[frame, row, 1] - landmarks[frame, mark, 1]
+            dz = positions[frame, row, 2] - landmarks[frame, mark, 2]
+            total += math.sqrt(dx * dx + dy * dy + dz * dz)
+    return total / (frames * rows.shape[0])
+
+
+@parallel_kernel
+def roll_out_lanes(chain, optimiser, synergies, timing, targets, paths):  # type: ignore[no-untyped-def]
+    """Fill `paths`, shape (lanes, frames, n), on all cores.
+
+    Lane k plays synergy k from the posture in its first row towards ``targets[k]``, shape (3,).
+    """
+    lanes, frames, n = paths.shape
+    gains, slopes, offsets = synergies
+    for lane in prange(lanes):
+        roll_out(
+            chain,
+            optimiser,
+            gains[lane],
+            slopes[lane],
+            offsets[lane],
+            timing,
+            Task(targets[lane], np.empty((0, 0))),
+            -1.0,
+            paths[lane],
+            np.empty((frames, n + 1, 3)),
+        )
+
+
+@parallel_kernel
+def distance_lanes(chain, optimiser, synergies, timing, captures, motions, result):  # type: ignore[no-untyped-def]
+    """Fill `result`, shape (lanes,), with the paper's distance of each lane to its capture, m.
+
+    Lane k plays synergy k against capture ``motions[k]`` over all of that capture's frames.
+    """
+    n = captures.starts.shape[1]
+    gains, slopes, offsets = synergies
+    for lane in prange(motions.shape[0]):
+        motion = motions[lane]
+        frames = captures.frames[motion]
+        path = np.empty((frames, n))
+        path[0] = captures.starts[motion]
+        positions = np.empty((frames, n + 1, 3))
+        roll_out(
+            chain,
+            optimiser,
+            gains[lane],
+            slopes[lane],
+            offsets[lane],
+            timing,
+            Task(captures.targets[motion], np.empty((0, 0))),
+            -1.0,
+            path,
+            positions,
+        )
+        result[lane] = paper_distance(
+            positions, captures.rows, captures.landmarks[motion, :frames]
+        )
