@@ -1,0 +1,102 @@
+"""A pseudo-terminal that a client opens as a serial port."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import struct
+import tty
+from pathlib import Path
+
+from firmware_sim.errors import LinkTakenError
+
+_TCGETS2 = 0x802C542A
+"""Linux's request for ``struct termios2``, which holds any baud rate as a number."""
+
+_TERMIOS2_SIZE = 44
+_OUTPUT_SPEED_AT = 40
+_READ_SIZE = 4096
+
+
+class PtyPort:
+    """The master end of a pseudo-terminal, raw before anybody knows its name.
+
+    Parameters
+    ----------
+    link : Path, optional
+        Where to put a symbolic link to it. One left behind by a simulator that was killed, pointing
+        to a pseudo-terminal that is gone, is replaced; anything else there is left alone.
+
+    Raises
+    ------
+    LinkTakenError
+        If the link's path exists or cannot be made.
+    """
+
+    def __init__(self, link: Path | None = None) -> None:
+        self.link: Path | None = None
+        self.dropped_bytes = 0
+        """Bytes no client took, bytes: a full buffer loses them as an idle line does."""
+        # The slave stays open here, or the master would fail whenever no client has it open.
+        self.master, self._slave = pty.openpty()
+        try:
+            tty.setraw(self._slave)
+            os.set_blocking(self.master, False)
+            self.name = os.ttyname(self._slave)
+            if link is not None:
+                self._make_link(link)
+        except BaseException:
+            self.close()
+            raise
+
+    def _make_link(self, link: Path) -> None:
+        try:
+            if link.is_symlink() and not link.exists() and _names_a_pty(link):
+                link.unlink()
+            link.symlink_to(self.name)
+        except FileExistsError:
+            raise LinkTakenError(
+                f"{link} exists already: remove it, or give another --link", str(link)
+            ) from None
+        except OSError as error:
+            raise LinkTakenError(
+                f"{link} cannot be made ({error.strerror}): give another --link", str(link)
+            ) from error
+        self.link = link
+
+    @property
+    def baud_rate(self) -> int:
+        """The client's baud rate, bit/s, standard or not."""
+        answer = fcntl.ioctl(self.master, _TCGETS2, bytes(_TERMIOS2_SIZE))
+        return int(struct.unpack_from("=I", answer, _OUTPUT_SPEED_AT)[0])
+
+    def read(self) -> bytes:
+        """Return what has arrived, empty if nothing has."""
+        try:
+            return os.read(self.master, _READ_SIZE)
+        except BlockingIOError:
+            return b""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes; what does not fit into the client's buffer is lost and counted."""
+        try:
+            written = os.write(self.master, data)
+        except BlockingIOError:
+            written = 0
+        self.dropped_bytes += len(data) - written
+
+    def close(self) -> None:
+        """Remove the link and close both ends; may be called twice."""
+        if self.link is not None:
+            if self.link.is_symlink() and str(self.link.readlink()) == self.name:
+                self.link.unlink()
+            self.link = None
+        for descriptor in (self.master, self._slave):
+            if descriptor >= 0:
+                os.close(descriptor)
+        self.master = self._slave = -1
+
+
+def _names_a_pty(link: Path) -> bool:
+    return str(link.readlink()).startswith("/dev/pts/")

@@ -1,0 +1,105 @@
+"""The loop that joins a bus to a port in real time.
+
+It sleeps until something arrives or falls due; bytes leave at absolute times on the monotonic
+clock.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+from collections import deque
+from contextlib import suppress
+from pathlib import Path
+from types import FrameType
+
+from firmware_sim.bus import Bus, Transmission
+from firmware_sim.clock import Clock, RealClock
+from firmware_sim.pty_port import PtyPort
+
+_HOUSEKEEPING = 0.02
+"""How often moving servos are brought up to date while nobody asks, s."""
+
+_SPIN = 40.0e-6
+"""How long before a due time sleeping ends and waiting begins, s: a sleep ends about this late."""
+
+_TIMER_SLACK_NS = 1000
+
+
+class Server:
+    """One bus behind one port.
+
+    Parameters
+    ----------
+    bus : Bus
+        The servos.
+    port : PtyPort
+        Where clients come.
+    stdin : int or None
+        A descriptor whose end of file ends the loop.
+    """
+
+    def __init__(self, bus: Bus, port: PtyPort, stdin: int | None = None) -> None:
+        self._bus = bus
+        self._port = port
+        self._stdin = stdin
+        self._clock: Clock = RealClock()
+        self._due: deque[Transmission] = deque()
+        self._stopped = False
+        self._wake_read, self._wake_write = os.pipe()
+        os.set_blocking(self._wake_write, False)
+
+    def run(self) -> None:
+        """Serve until SIGINT, SIGTERM, or the end of the watched standard input."""
+        _sharpen_timer()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._stop)
+        signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
+        watched = [self._port.master, self._wake_read]
+        if self._stdin is not None:
+            watched.append(self._stdin)
+        try:
+            while not self._stopped:
+                ready = select.select(watched, [], [], self._patience())[0]
+                if self._port.master in ready:
+                    self._listen()
+                if self._stdin in ready and not os.read(self._stdin, 4096):
+                    self._stopped = True
+                self._speak()
+        finally:
+            signal.set_wakeup_fd(-1)
+            os.close(self._wake_read)
+            os.close(self._wake_write)
+
+    def _stop(self, _number: int, _frame: FrameType | None) -> None:
+        self._stopped = True
+
+    def _patience(self) -> float | None:
+        """How long to sleep, s; None for as long as nothing comes."""
+        if self._due:
+            return max(0.0, self._due[0].due - self._clock.now() - _SPIN)
+        return _HOUSEKEEPING if self._bus.moving else None
+
+    def _listen(self) -> None:
+        chunk = self._port.read()
+        if chunk:
+            now = self._clock.now()
+            self._due += self._bus.receive(chunk, now, self._port.baud_rate)
+
+    def _speak(self) -> None:
+        """Send what is due, or about to be; bring the servos up to date when there is nothing."""
+        if not self._due:
+            self._bus.advance(self._clock.now())
+            return
+        while self._due and self._due[0].due - self._clock.now() <= _SPIN:
+            transmission = self._due.popleft()
+            while self._clock.now() < transmission.due:
+                pass
+            self._port.write(transmission.data)
+
+
+def _sharpen_timer() -> None:
+    """Ask Linux to end sleeps within a microsecond; where it will not, they end 50 us late."""
+    with suppress(OSError):
+        Path("/proc/self/timerslack_ns").write_text(str(_TIMER_SLACK_NS))
