@@ -1,0 +1,1 @@
+"""Talking to an arm: bus, checks before torque, streaming, recording."""

@@ -1,0 +1,165 @@
+"""Status packets out of a stream of bytes that arrives in any chunks, with anything in between.
+
+What is malformed is dropped and counted, never raised: noise is a fact of a bus, not an error of
+the caller. The parser does no input or output.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from armsyn.driver.protocol import ALERT, HEADER, MAXIMUM_ID, STATUS, crc16, unstuff
+
+_BEFORE_BODY = 7
+"""Header, ID and length."""
+
+_SHORTEST_LENGTH = 3
+"""Instruction and CRC."""
+
+
+class StatusPacket(NamedTuple):
+    """What a servo answered.
+
+    Attributes
+    ----------
+    servo_id : int
+    error : int
+        The error byte as it came: bit 7 alert, bits 0-6 an error number.
+    parameters : bytes
+        Unstuffed.
+    """
+
+    servo_id: int
+    error: int
+    parameters: bytes
+
+    @property
+    def alert(self) -> bool:
+        """Whether the servo reports a hardware error."""
+        return bool(self.error & ALERT)
+
+    @property
+    def error_number(self) -> int:
+        """Bits 0-6; 0 is success."""
+        return self.error & ~ALERT
+
+
+@dataclass
+class ParserCounters:
+    """What a parser has met so far.
+
+    Attributes
+    ----------
+    packets : int
+        Good status packets.
+    foreign : int
+        Good packets that are no status: an echo of what was sent, or another master.
+    bad_crc, bad_length : int
+        Packets dropped because their CRC or length field is wrong.
+    garbage_bytes : int
+        Bytes that belong to no good packet.
+    """
+
+    packets: int = 0
+    foreign: int = 0
+    bad_crc: int = 0
+    bad_length: int = 0
+    garbage_bytes: int = 0
+
+
+class StatusParser:
+    """Incremental parser of status packets.
+
+    Parameters
+    ----------
+    maximum_length : int
+        Greatest value of the length field to believe. Waiting for the bytes that a corrupted
+        length announces would stall the bus; a caller that knows what it asked for sets
+        the attribute accordingly.
+    """
+
+    def __init__(self, maximum_length: int = 1024) -> None:
+        self.maximum_length = maximum_length
+        self.counters = ParserCounters()
+        self._buffer = bytearray()
+
+    @property
+    def pending(self) -> int:
+        """Bytes that wait for the rest of their packet."""
+        return len(self._buffer)
+
+    def feed(self, data: bytes) -> list[StatusPacket]:
+        """Take bytes in and return the packets they complete.
+
+        Parameters
+        ----------
+        data : bytes
+            Any number, cut anywhere.
+
+        Returns
+        -------
+        list of StatusPacket
+        """
+        self._buffer += data
+        packets = []
+        while self._skip_to_header():
+            end = self._end_of_packet()
+            if end is None:
+                break
+            if end == 0:
+                self._drop(1)
+                continue
+            packet = self._take(end)
+            if packet is not None:
+                packets.append(packet)
+        return packets
+
+    def reset(self) -> None:
+        """Forget what was begun; counted as garbage."""
+        self._drop(len(self._buffer))
+
+    def _skip_to_header(self) -> bool:
+        """Drop what precedes the next header; False when there is no whole header yet."""
+        buffer = self._buffer
+        start = buffer.find(HEADER)
+        if start < 0:
+            kept = next((n for n in (3, 2, 1) if buffer.endswith(HEADER[:n])), 0)
+            self._drop(len(buffer) - kept)
+            return False
+        self._drop(start)
+        return True
+
+    def _end_of_packet(self) -> int | None:
+        """Size of the packet at the buffer's start; None: wait; 0: it is none."""
+        buffer = self._buffer
+        if len(buffer) < _BEFORE_BODY:
+            return None
+        length = buffer[5] | buffer[6] << 8
+        if not _SHORTEST_LENGTH <= length <= self.maximum_length:
+            self.counters.bad_length += 1
+            return 0
+        end = _BEFORE_BODY + length
+        if len(buffer) >= end:
+            return end
+        # stuffing keeps headers out of packets, so a second one means the first broke off
+        return 0 if buffer.find(HEADER, 4) > 0 else None
+
+    def _take(self, end: int) -> StatusPacket | None:
+        """Remove the packet of `end` bytes; None when it is damaged or no status."""
+        raw = bytes(self._buffer[:end])
+        if crc16(raw[:-2]) != raw[-2] | raw[-1] << 8:
+            self.counters.bad_crc += 1
+            self._drop(1)  # a good packet may begin inside the damaged one
+            return None
+        del self._buffer[:end]
+        body = unstuff(raw[_BEFORE_BODY:-2])
+        if body[0] != STATUS or len(body) < 2 or raw[4] > MAXIMUM_ID:
+            self.counters.foreign += 1
+            return None
+        self.counters.packets += 1
+        return StatusPacket(raw[4], body[1], body[2:])
+
+    def _drop(self, count: int) -> None:
+        self.counters.garbage_bytes += count
+        del self._buffer[:count]

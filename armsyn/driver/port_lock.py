@@ -1,0 +1,77 @@
+"""A lock file for each port, so that no two programs of this driver share one.
+
+The exclusive lock on the port itself (pyserial's ``exclusive=True``) is seen only by programs
+that take it on the same device; the file also names who holds the port. The kernel releases
+both when the holder dies, however it dies.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import tempfile
+from pathlib import Path
+
+from armsyn.errors import PortError
+
+
+class PortLock:
+    """Exclusive hold of a port by this process, until `release`.
+
+    Parameters
+    ----------
+    port : str
+        Path of the port; links to it mean the same port.
+
+    Raises
+    ------
+    PortError
+        Another program holds it (the message names its process), or no lock file can be made.
+    """
+
+    def __init__(self, port: str) -> None:
+        device = str(Path(port).resolve())
+        name = device.strip("/").replace("/", "-")
+        self.path = Path(tempfile.gettempdir()) / f"armsyn-{name}.lock"
+        self._descriptor: int | None = self._acquire(port)
+
+    def _acquire(self, port: str) -> int:
+        while True:
+            descriptor = self._open(port)
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                holder = os.read(descriptor, 32).decode("ascii", "replace").strip()
+                os.close(descriptor)
+                raise PortError(
+                    f"port {port} is taken by process {holder or 'unknown'}: end it first"
+                ) from None
+            if self._is_current(descriptor):
+                break
+            os.close(descriptor)  # its holder removed the file in between
+        os.ftruncate(descriptor, 0)
+        os.write(descriptor, f"{os.getpid()}\n".encode())
+        return descriptor
+
+    def _open(self, port: str) -> int:
+        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
+        try:
+            return os.open(self.path, flags, 0o644)
+        except OSError as error:
+            raise PortError(
+                f"port {port} cannot be locked: {self.path}: {error.strerror};"
+                " another user's program may hold the port"
+            ) from error
+
+    def _is_current(self, descriptor: int) -> bool:
+        try:
+            return os.fstat(descriptor).st_ino == self.path.stat().st_ino
+        except FileNotFoundError:
+            return False
+
+    def release(self) -> None:
+        """Give the port back; a second call does nothing."""
+        if self._descriptor is not None:
+            self.path.unlink(missing_ok=True)
+            os.close(self._descriptor)
+            self._descriptor = None

@@ -1,0 +1,174 @@
+"""DYNAMIXEL Protocol 2.0: instruction packets as bytes, without input or output.
+
+Source: ROBOTIS e-Manual, "Protocol 2.0". A packet is, byte by byte::
+
+    FF FF FD 00   header
+    ID            0-252, or 254 for all
+    LEN_L LEN_H   bytes that follow: instruction, stuffed parameters, CRC
+    INST
+    params        with FD put in after every FF FF FD
+    CRC_L CRC_H   CRC-16, polynomial 0x8005, over everything before it
+
+Status packets come back through `armsyn.driver.parser`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+HEADER = b"\xff\xff\xfd\x00"
+BROADCAST_ID = 254
+MAXIMUM_ID = 252
+
+PING = 0x01
+READ = 0x02
+WRITE = 0x03
+REBOOT = 0x08
+STATUS = 0x55
+SYNC_READ = 0x82
+SYNC_WRITE = 0x83
+
+ALERT = 0x80
+"""Bit 7 of a status packet's error byte: look at Hardware Error Status."""
+
+STATUS_ERRORS = {
+    1: "result fail",
+    2: "instruction error",
+    3: "CRC error",
+    4: "data range error",
+    5: "data length error",
+    6: "data limit error",
+    7: "access error",
+}
+"""Bits 0-6 of a status packet's error byte: a number, not flags."""
+
+_PATTERN = b"\xff\xff\xfd"
+_STUFFED = b"\xff\xff\xfd\xfd"
+
+
+def _crc_table() -> tuple[int, ...]:
+    table = []
+    for byte in range(256):
+        crc = byte << 8
+        for _ in range(8):
+            crc = (crc << 1) ^ 0x8005 if crc & 0x8000 else crc << 1
+        table.append(crc & 0xFFFF)
+    return tuple(table)
+
+
+_CRC_TABLE = _crc_table()
+
+
+def crc16(data: bytes | bytearray | memoryview) -> int:
+    """CRC of a packet's bytes before its CRC field (e-Manual, "CRC Calculation").
+
+    Parameters
+    ----------
+    data : bytes-like
+
+    Returns
+    -------
+    int
+        16 bits; polynomial 0x8005, initial value 0, most significant bit first.
+    """
+    crc = 0
+    table = _CRC_TABLE
+    for byte in data:
+        crc = ((crc << 8) & 0xFF00) ^ table[(crc >> 8) ^ byte]
+    return crc
+
+
+def stuff(body: bytes) -> bytes:
+    """Put FD in after every FF FF FD, so that no header appears inside a packet."""
+    return body.replace(_PATTERN, _STUFFED)
+
+
+def unstuff(body: bytes) -> bytes:
+    """Undo `stuff`."""
+    return body.replace(_STUFFED, _PATTERN)
+
+
+def packet(identifier: int, instruction: int, parameters: bytes = b"") -> bytes:
+    """Build a packet.
+
+    Parameters
+    ----------
+    identifier : int
+        ID, 0-252, or 254 for all.
+    instruction : int
+    parameters : bytes
+        Not yet stuffed.
+
+    Returns
+    -------
+    bytes
+        Ready to be sent.
+
+    Raises
+    ------
+    ValueError
+        An ID that no servo can have.
+    """
+    if not (0 <= identifier <= MAXIMUM_ID or identifier == BROADCAST_ID):
+        raise ValueError(f"ID {identifier} is neither 0-{MAXIMUM_ID} nor {BROADCAST_ID}")
+    body = stuff(bytes((instruction,)) + parameters)
+    length = len(body) + 2
+    start = HEADER + bytes((identifier, length & 0xFF, length >> 8)) + body
+    return start + crc16(start).to_bytes(2, "little")
+
+
+def ping(identifier: int) -> bytes:
+    """Ask a servo for its model number and firmware version."""
+    return packet(identifier, PING)
+
+
+def read(identifier: int, address: int, size: int) -> bytes:
+    """Ask a servo for `size` bytes from `address`."""
+    return packet(identifier, READ, _words(address, size))
+
+
+def write(identifier: int, address: int, data: bytes) -> bytes:
+    """Write `data` at `address` of one servo."""
+    return packet(identifier, WRITE, _words(address) + data)
+
+
+def reboot(identifier: int) -> bytes:
+    """Restart a servo, which clears its hardware error and drops its torque."""
+    return packet(identifier, REBOOT)
+
+
+def sync_read(address: int, size: int, identifiers: Sequence[int]) -> bytes:
+    """Ask several servos for the same `size` bytes; they answer in this order."""
+    return packet(BROADCAST_ID, SYNC_READ, _words(address, size) + bytes(identifiers))
+
+
+def sync_write(address: int, size: int, identifiers: Sequence[int], data: bytes) -> bytes:
+    """Write `size` bytes each at `address` of several servos; none of them answers.
+
+    Parameters
+    ----------
+    address, size : int
+    identifiers : sequence of int
+    data : bytes
+        `size` bytes for the first servo, then for the next, and so on.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    ValueError
+        `data` does not hold `size` bytes a servo.
+    """
+    if len(data) != size * len(identifiers):
+        raise ValueError(f"{len(data)} bytes are not {size} for each of {len(identifiers)} servos")
+    parameters = bytearray(_words(address, size))
+    for index, identifier in enumerate(identifiers):
+        parameters.append(identifier)
+        parameters += data[index * size : (index + 1) * size]
+    return packet(BROADCAST_ID, SYNC_WRITE, bytes(parameters))
+
+
+def _words(*values: int) -> bytes:
+    return b"".join(value.to_bytes(2, "little") for value in values)

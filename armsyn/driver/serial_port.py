@@ -1,0 +1,174 @@
+"""A serial port that is opened exclusively, read with deadlines, and fails with typed errors.
+
+For systems with POSIX terminals (Linux, macOS): waiting is done by ``select`` on the port's
+descriptor, so that nothing spins.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import select
+import termios
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import serial
+
+from armsyn.driver.port_lock import PortLock
+from armsyn.errors import PortError, PortLostError
+
+_CHUNK = 4096
+_LOST = (serial.SerialException, OSError, termios.error, TypeError)
+"""What pyserial and the system raise when the port vanishes (TypeError: a closed descriptor)."""
+
+
+class SerialPort:
+    """An open serial port, ours alone until `close`.
+
+    Parameters
+    ----------
+    path : str
+        Such as ``/dev/ttyUSB0``.
+    baud : int
+        Bits a second; any that the adapter takes.
+
+    Raises
+    ------
+    PortError
+        No such port, no permission, taken by another program, or not a serial port: each its
+        own message with the cure.
+    """
+
+    def __init__(self, path: str, baud: int) -> None:
+        self.path = path
+        self._lock: PortLock | None = None
+        try:
+            with _explained(path):
+                Path(path).stat()
+                self._lock = PortLock(path)
+                self.serial = serial.Serial(path, baud, timeout=0, exclusive=True)
+            self._descriptor: int = self.serial.fileno()
+            with contextlib.suppress(OSError, ValueError, AttributeError):
+                # an FTDI adapter then answers after 1 ms instead of 16; others do not need it
+                self.serial.set_low_latency_mode(True)
+        except BaseException:
+            if self._lock is not None:
+                self._lock.release()
+            raise
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the port is open."""
+        return bool(self.serial.is_open)
+
+    @property
+    def baud(self) -> int:
+        """Bits a second."""
+        return int(self.serial.baudrate)
+
+    def set_baud(self, baud: int) -> None:
+        """Change the baud rate; PortError when the adapter refuses it."""
+        try:
+            self.serial.baudrate = baud
+        except (ValueError, OSError, termios.error) as error:
+            raise PortError(f"port {self.path} does not take {baud} baud: {error}") from error
+
+    def write(self, data: bytes) -> None:
+        """Send all of `data`.
+
+        Raises
+        ------
+        PortLostError
+            The port went away.
+        """
+        view = memoryview(data)
+        try:
+            while view:
+                view = view[self._write_some(view) :]
+        except _LOST as error:
+            raise self._lost(error) from error
+
+    def _write_some(self, view: memoryview) -> int:
+        try:
+            return os.write(self._descriptor, view)
+        except BlockingIOError:
+            select.select((), (self._descriptor,), ())
+            return 0
+
+    def read(self, deadline: float) -> bytes:
+        """Bytes that have arrived, waiting for the first of them until `deadline`.
+
+        Parameters
+        ----------
+        deadline : float
+            On ``time.monotonic()``, s; in the past: do not wait.
+
+        Returns
+        -------
+        bytes
+            Empty when nothing came in time.
+
+        Raises
+        ------
+        PortLostError
+            The port went away.
+        """
+        if not self.wait(deadline):
+            return b""
+        try:
+            data = os.read(self._descriptor, _CHUNK)
+        except BlockingIOError:
+            return b""
+        except _LOST as error:
+            raise self._lost(error) from error
+        if not data:  # readable and empty: hung up
+            raise self._lost(None)
+        return data
+
+    def wait(self, deadline: float) -> bool:
+        """Wait until bytes have arrived, or `deadline`; errors as `read`."""
+        try:
+            left = max(0.0, deadline - time.monotonic())
+            return bool(select.select((self._descriptor,), (), (), left)[0])
+        except (*_LOST, ValueError) as error:
+            raise self._lost(error) from error
+
+    def close(self) -> None:
+        """Close the port and give it back; a second call does nothing."""
+        with contextlib.suppress(*_LOST):  # a port that is gone cannot be closed any better
+            self.serial.close()
+        self._descriptor = -1
+        if self._lock is not None:
+            self._lock.release()
+
+    def _lost(self, error: BaseException | None) -> PortLostError:
+        reason = f" ({error})" if error is not None else ""
+        return PortLostError(
+            f"port {self.path} was lost while in use{reason}: check the cable and power,"
+            " then start again"
+        )
+
+
+@contextlib.contextmanager
+def _explained(path: str) -> Iterator[None]:
+    """Turn what opening raises into a PortError that names the cure."""
+    try:
+        yield
+    except PortError:
+        raise
+    except (*_LOST, ValueError) as error:
+        raise PortError(f"port {path} {_reason(error)}") from error
+
+
+def _reason(error: BaseException) -> str:
+    number = getattr(error, "errno", None)
+    if number == errno.ENOENT:
+        return "does not exist: plug the adapter in and look for it under /dev"
+    if number in (errno.EACCES, errno.EPERM):
+        return "may not be opened by this user: join the group that owns it (often dialout)"
+    if number == errno.EBUSY or "lock" in str(error):
+        return "is taken by another program: end it first"
+    return f"cannot be used as a serial port: {error}"

@@ -1,0 +1,136 @@
+"""How long packets take on the wire, and whether a rate fits on it.
+
+Ten bits a byte (start, eight, stop). Bytes of a packet: ping and bare instruction 10, status
+11 + data, sync read 14 + servos, sync write 14 + servos x (1 + data) (e-Manual, Protocol 2.0).
+Each servo waits its Return Delay Time before it answers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from armsyn.driver.registers import GOAL_POSITION, HEALTH_SIZE, STATE_SIZE
+from armsyn.errors import BusRateError
+
+BITS_PER_BYTE = 10
+STATUS_OVERHEAD = 11
+SYNC_OVERHEAD = 14
+
+HOST_SHARE = 0.1
+"""Part of a period that is the host's: waking up, decoding, checking, recording."""
+
+HOST_MINIMUM = 0.2e-3
+"""Seconds of a period that are the host's at least."""
+
+
+def wire_time(byte_count: int, baud: int) -> float:
+    """Seconds that `byte_count` bytes take at `baud` bits a second."""
+    return byte_count * BITS_PER_BYTE / baud
+
+
+def sync_read_wire_time(servos: int, baud: int, return_delays: Sequence[float], size: int) -> float:
+    """Seconds of a sync read of `size` bytes from `servos` servos, with its answers.
+
+    Parameters
+    ----------
+    servos : int
+    baud : int
+        Bits a second.
+    return_delays : sequence of float, length `servos`
+        Return delay time of each, s.
+    size : int
+        Bytes read of each.
+
+    Returns
+    -------
+    float
+        s.
+    """
+    count = SYNC_OVERHEAD + servos + servos * (STATUS_OVERHEAD + size)
+    return wire_time(count, baud) + float(sum(return_delays))
+
+
+def cycle_wire_time(
+    servos: int, baud: int, return_delays: Sequence[float], size: int = STATE_SIZE
+) -> float:
+    """Seconds of one cycle on the wire: goals by sync write, states by sync read.
+
+    Parameters
+    ----------
+    servos : int
+    baud : int
+        Bits a second.
+    return_delays : sequence of float, length `servos`
+        Return delay time of each, s.
+    size : int
+        Bytes read of each; 10 for current, velocity and position.
+
+    Returns
+    -------
+    float
+        s.
+    """
+    write = SYNC_OVERHEAD + servos * (1 + GOAL_POSITION.size)
+    return wire_time(write, baud) + sync_read_wire_time(servos, baud, return_delays, size)
+
+
+def health_wire_time(baud: int, return_delays: Sequence[float]) -> float:
+    """Seconds of the status check of one servo (the slowest to answer) between two cycles."""
+    return sync_read_wire_time(1, baud, [max(return_delays)], HEALTH_SIZE)
+
+
+def host_share(rate_hz: float) -> float:
+    """Seconds of each period that are kept for the host."""
+    return max(HOST_SHARE / rate_hz, HOST_MINIMUM)
+
+
+def check_rate(rate_hz: float, baud: int, return_delays: Sequence[float]) -> None:
+    """Refuse a rate that the wire cannot carry.
+
+    A period must hold the cycle, the status check of one servo, and the host's share.
+
+    Parameters
+    ----------
+    rate_hz : float
+    baud : int
+        Bits a second.
+    return_delays : sequence of float, one a servo
+        As read from the servos, s.
+
+    Raises
+    ------
+    BusRateError
+        It does not fit, or is no positive number; the message holds the arithmetic.
+    """
+    servos = len(return_delays)
+    cycle = cycle_wire_time(servos, baud, return_delays)
+    if not 0 < rate_hz < float("inf"):
+        raise BusRateError(f"a rate of {rate_hz} Hz is not a positive number", rate_hz, cycle)
+    health = health_wire_time(baud, return_delays)
+    host = host_share(rate_hz)
+    if cycle + health + host <= 1.0 / rate_hz:
+        return
+    delay = sum(return_delays)
+    raise BusRateError(
+        f"{rate_hz:g} Hz leaves {1e3 / rate_hz:.2f} ms, but one cycle of {servos} servos at"
+        f" {baud} baud takes {cycle * 1e3:.2f} ms ({(cycle - delay) * 1e3:.2f} ms of bytes,"
+        f" {delay * 1e3:.2f} ms of return delay), a status check {health * 1e3:.2f} ms and the"
+        f" host {host * 1e3:.2f} ms: {_cure(rate_hz, baud, return_delays)}",
+        rate_hz,
+        cycle,
+    )
+
+
+def _cure(rate_hz: float, baud: int, return_delays: Sequence[float]) -> str:
+    fitting = int(fitting_rate(baud, return_delays))
+    without = int(fitting_rate(baud, [0.0] * len(return_delays)))
+    if without >= rate_hz:
+        return f"set Return Delay Time (register 9) to 0, or use {fitting} Hz or less"
+    return f"raise the baud rate, or use {fitting} Hz or less"
+
+
+def fitting_rate(baud: int, return_delays: Sequence[float]) -> float:
+    """Greatest rate that `check_rate` accepts, Hz."""
+    busy = cycle_wire_time(len(return_delays), baud, return_delays)
+    busy += health_wire_time(baud, return_delays)
+    return min((1.0 - HOST_SHARE) / busy, 1.0 / (busy + HOST_MINIMUM))
