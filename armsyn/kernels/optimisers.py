@@ -32,12 +32,15 @@ class OptimiserSettings(NamedTuple):
         DAMPED: mu of J^T (J J^T + mu^2 I)^-1, in the Jacobian's unit (m).
     slowing : float
         NORMALISED_TRANSPOSE: task error (m) at which one unit of lambda dt turns one radian.
+    radius : float
+        Metres that one radian of orientation error weighs in a pose.
     """
 
     kind: int
     cut_off: float
     damping: float
     slowing: float
+    radius: float
 
 
 @kernel
@@ -60,6 +63,15 @@ def change_of_posture(settings, J, dX, B, V, y, dq):  # type: ignore[no-untyped-
         _transpose_times(J, dX, dq)
         if settings.kind == NORMALISED_TRANSPOSE:
             _normalise(settings.slowing, dX, dq)
+
+
+@kernel
+def weigh_orientation(radius, J, dX):  # type: ignore[no-untyped-def]
+    """Turn the rotational rows of a pose task from radians into metres; others are untouched."""
+    for k in range(3, J.shape[0]):
+        dX[k] *= radius
+        for i in range(J.shape[1]):
+            J[k, i] *= radius
 
 
 @kernel

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from armsyn.kernels.chain import forward, jacobian
 from armsyn.kernels.compiling import kernel, parallel_kernel
-from armsyn.kernels.optimisers import change_of_posture
+from armsyn.kernels.optimisers import change_of_posture, weigh_orientation
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -201,6 +201,7 @@ def roll_out(chain, optimiser, gains, slopes, offsets, timing, task, tolerance, 
         if frame + 1 < frames:
             t = frame * dt
             jacobian(prismatic, origins, axes, J)
+            weigh_orientation(optimiser.radius, J, dX)
             change_of_posture(optimiser, J, dX, B, V, y, dq)
             factor = rate * dt * ramp_value(t, ramp)
             apply_synergy(gains, slopes, offsets, factor, t, lower, upper, dq, q)

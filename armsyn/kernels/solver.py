@@ -1,0 +1,96 @@
+"""Inverse kinematics as a descent: an optimiser's direction, the best step along it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from armsyn.kernels.chain import forward, jacobian
+from armsyn.kernels.compiling import kernel
+from armsyn.kernels.optimisers import change_of_posture, weigh_orientation
+from armsyn.kernels.rollout import task_error
+
+_LARGEST_TURN = 0.3
+
+
+@kernel
+def descend(chain, optimiser, position, orientation, largest_move, tolerance, max_steps, q):  # type: ignore[no-untyped-def]
+    """Move posture q, shape (n,), to the best one met on the way to the target.
+
+    Returns
+    -------
+    tuple of (int, float, float)
+        Steps made, and at that posture the distance, m, and angle, rad, to the target.
+    """
+    n = q.shape[0]
+    m = 6 if orientation.shape[0] == 3 else 3
+    rotation, translation, prismatic, lower, upper = chain
+    trig, axes, tip = np.empty((2, n)), np.empty((n, 3)), np.empty((3, 3))
+    origins = np.empty((n + 1, 3))
+    J, dX, dq = np.empty((m, n)), np.empty(m), np.empty(n)
+    B, V, y = np.empty((m, m)), np.empty((m, m)), np.empty(m)
+    best = q.copy()
+    best_distance = best_angle = math.inf
+    steps = 0
+    for iteration in range(max_steps + 1):
+        forward(rotation, translation, prismatic, q, trig, origins, axes, tip)
+        distance = task_error(position, orientation, origins[n], tip, dX)
+        angle = 0.0
+        for k in range(3, m):
+            angle += dX[k] * dX[k]
+        angle = math.sqrt(angle)
+        if distance + angle < best_distance + best_angle:
+            best[:] = q
+            best_distance = distance
+            best_angle = angle
+        if (distance <= tolerance and angle <= tolerance) or iteration == max_steps:
+            break
+        _shorten(dX[:3], distance, largest_move)
+        _shorten(dX[3:], angle, _LARGEST_TURN)
+        jacobian(prismatic, origins, axes, J)
+        weigh_orientation(optimiser.radius, J, dX)
+        change_of_posture(optimiser, J, dX, B, V, y, dq)
+        for _joint in range(n):
+            if not _leave_out_pressing_joints(lower, upper, q, dq, J):
+                break
+            change_of_posture(optimiser, J, dX, B, V, y, dq)
+        length = _best_length(J, dX, dq)
+        for i in range(n):
+            q[i] = min(max(q[i] + length * dq[i], lower[i]), upper[i])
+        steps += 1
+    q[:] = best
+    return steps, best_distance, best_angle
+
+
+@kernel
+def _shorten(vector, norm, largest):  # type: ignore[no-untyped-def]
+    if norm > largest:
+        for k in range(vector.shape[0]):
+            vector[k] *= largest / norm
+
+
+@kernel
+def _leave_out_pressing_joints(lower, upper, q, dq, J):  # type: ignore[no-untyped-def]
+    """Zero the columns of joints that stand at a limit and would go on; tells whether any did."""
+    any_pressing = False
+    for i in range(q.shape[0]):
+        if (q[i] <= lower[i] and dq[i] < 0.0) or (q[i] >= upper[i] and dq[i] > 0.0):
+            J[:, i] = 0.0
+            dq[i] = 0.0
+            any_pressing = True
+    return any_pressing
+
+
+@kernel
+def _best_length(J, dX, dq):  # type: ignore[no-untyped-def]
+    """Step length that minimises |dX - s J dq|."""
+    along = 0.0
+    square = 0.0
+    for k in range(J.shape[0]):
+        moved = 0.0
+        for i in range(J.shape[1]):
+            moved += J[k, i] * dq[i]
+        along += moved * dX[k]
+        square += moved * moved
+    return along / square if square > 0.0 else 0.0

@@ -1,0 +1,91 @@
+"""The seated reaches of ``captures/reach/hug_mp`` (MATLAB v5): four joint angles of a right arm.
+
+Layout (the captures' README): one variable, ``cell[repetition, task][motion]``, each motion 4 x N
+joint angles in degrees at 100 Hz. x forward, y left, z up; at zero the arm hangs;
+G = Rx(q1) Ry(q2) R(-z of the humerus, q3), elbow = G (0, 0, -L1),
+hand = elbow + G Ry(-q4) (0, 0, -L2), with L1 = 0.30 m and L2 = 0.38 m, which place the mean end
+postures on the board of targets.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from armsyn.errors import FormatError
+from armsyn.kinematics import Joint, SerialChain
+from armsyn.motion.motion import Motion
+
+RATE_HZ = 100.0
+UPPER_ARM_M, FOREARM_M = 0.30, 0.38
+JOINT_NAMES = ("shoulder_abduction", "shoulder_flexion", "shoulder_rotation", "elbow_flexion")
+LANDMARK_NAMES = ("shoulder", "elbow", "hand")
+_LANDMARK_ROWS = [0, 3, 4]
+
+CHAIN = SerialChain(
+    (
+        Joint(JOINT_NAMES[0], axis=(1.0, 0.0, 0.0)),
+        Joint(JOINT_NAMES[1], axis=(0.0, 1.0, 0.0)),
+        Joint(JOINT_NAMES[2], axis=(0.0, 0.0, -1.0)),
+        Joint(JOINT_NAMES[3], xyz=(0.0, 0.0, -UPPER_ARM_M), axis=(0.0, -1.0, 0.0)),
+    ),
+    tip_xyz=(0.0, 0.0, -FOREARM_M),
+)
+"""The exoskeleton's arm with the segment lengths of the captures' README."""
+
+Key = tuple[int, int, int]
+
+
+def read_hug_mp(path: Path) -> dict[Key, Motion]:
+    """Read every motion of one subject.
+
+    Parameters
+    ----------
+    path : Path
+        The MATLAB file.
+
+    Returns
+    -------
+    dict of (repetition, task, motion), each from 1, to Motion
+        With joint angles and the landmarks shoulder, elbow and hand, m.
+
+    Raises
+    ------
+    FormatError
+        When the file is not such a file.
+    """
+    from scipy.io import loadmat  # heavy, and only this format needs it
+    from scipy.io.matlab import MatReadError
+
+    try:
+        content = loadmat(path)
+        (variable,) = [name for name in content if not name.startswith("__")]
+        cells = content[variable]
+        motions = {
+            (repetition + 1, task + 1, index + 1): np.asarray(values, dtype=np.float64)
+            for (repetition, task), cell in np.ndenumerate(cells)
+            for index, values in enumerate(cell.ravel())
+        }
+        return {
+            key: _motion(np.deg2rad(angles.T), f"{path.name} {key}")
+            for key, angles in motions.items()
+            if angles.size  # a repetition that was not recorded is an empty cell
+        }
+    except FileNotFoundError:
+        raise
+    except (MatReadError, OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        raise FormatError(f"{path}: not a capture of the HuG-MP set: {error}") from error
+
+
+def _motion(angles: np.ndarray, source: str) -> Motion:
+    if angles.ndim != 2 or angles.shape[1] != len(JOINT_NAMES):
+        raise ValueError(f"{source}: shape {angles.T.shape}, expected 4 x frames")
+    return Motion(
+        time=np.arange(angles.shape[0]) / RATE_HZ,
+        joint_names=JOINT_NAMES,
+        angles=angles,
+        landmark_names=LANDMARK_NAMES,
+        landmarks=CHAIN.positions(angles)[:, _LANDMARK_ROWS],
+        source=source,
+    )
