@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import struct
+
 from firmware_sim.control_table import Area, ControlTable
+
+_UNSIGNED = {1: "<B", 2: "<H", 4: "<I"}
 
 
 class Memory:
@@ -18,6 +22,17 @@ class Memory:
         self.table = table
         self.data = bytearray(table.size)
         """All bytes, by address; holes read 0."""
+        self._codecs = {
+            register.name: (
+                struct.Struct(
+                    _UNSIGNED[register.size].lower()
+                    if register.signed
+                    else _UNSIGNED[register.size]
+                ),
+                register.address,
+            )
+            for register in table.registers
+        }
         self.reset(Area.EEPROM)
         self.reset(Area.RAM)
 
@@ -29,12 +44,11 @@ class Memory:
 
     def value(self, name: str) -> int:
         """Return what the register of this name holds, with its sign."""
-        register = self.table.by_name[name]
-        raw = self.data[register.address : register.end]
-        return int.from_bytes(raw, "little", signed=register.signed)
+        codec, address = self._codecs[name]
+        value: int = codec.unpack_from(self.data, address)[0]
+        return value
 
     def store(self, name: str, value: int) -> None:
-        """Set the register of this name, unchecked; values wrap at its size."""
-        register = self.table.by_name[name]
-        wrapped = value & (256**register.size - 1)
-        self.data[register.address : register.end] = wrapped.to_bytes(register.size, "little")
+        """Set the register of this name; the value must fit into its bytes."""
+        codec, address = self._codecs[name]
+        codec.pack_into(self.data, address, value)

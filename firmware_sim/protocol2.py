@@ -19,8 +19,10 @@ from firmware_sim.packet import (
 )
 from firmware_sim.servo import Servo
 
-_FACTORY_RESET_ALL = 0xFF
-_FACTORY_RESET_OPTIONS = (_FACTORY_RESET_ALL, 0x01, 0x02)
+_RESET_ALL = 0xFF
+_RESET_ALL_BUT_ID = 0x01
+_RESET_ALL_BUT_ID_AND_BAUD_RATE = 0x02
+_RESET_OPTIONS = (_RESET_ALL, _RESET_ALL_BUT_ID, _RESET_ALL_BUT_ID_AND_BAUD_RATE)
 
 
 class Instruction(IntEnum):
@@ -77,15 +79,16 @@ def execute(packet: Packet, listeners: Listeners, when: float) -> list[Reply]:
     if packet.instruction == STATUS_INSTRUCTION:
         return []
     if packet.servo_id == BROADCAST_ID:
-        for servos in listeners.values():
-            for servo in servos:
-                servo.notice_instruction(when)
-        return _broadcast(packet, listeners, when)
+        everyone = [servo for servo_id in sorted(listeners) for servo in listeners[servo_id]]
+        for servo in everyone:
+            servo.notice_instruction(when)
+        return _broadcast(packet, listeners, [servo for servo in everyone if servo.hears])
     replies = []
     for servo in listeners.get(packet.servo_id, ()):
         servo.notice_instruction(when)
-        if servo.hears(when):
-            replies += _unicast(packet, servo, when)
+        if servo.hears:
+            handler = _HANDLERS.get(packet.instruction, _unknown)
+            replies += handler(servo, packet.params)
     return replies
 
 
@@ -109,7 +112,7 @@ def refuse_damaged(packet: DamagedPacket, listeners: Listeners, when: float) -> 
     replies = []
     for servo in listeners.get(packet.servo_id, ()):
         servo.advance(when)
-        if servo.hears(when):
+        if servo.hears:
             replies += _status(servo, StatusError.CRC)
     return replies
 
@@ -121,64 +124,63 @@ def _status(servo: Servo, error: StatusError, params: bytes = b"", level: int = 
     return [Reply(build_status(servo.servo_id, error | servo.alert, params), servo.return_delay)]
 
 
-def _unicast(packet: Packet, servo: Servo, when: float) -> list[Reply]:
-    handler = _HANDLERS.get(packet.instruction)
-    if handler is None:
-        return _status(servo, StatusError.INSTRUCTION)
-    return handler(servo, packet.params, when)
+def _unknown(servo: Servo, _params: bytes) -> list[Reply]:
+    return _status(servo, StatusError.INSTRUCTION)
 
 
-def _ping(servo: Servo, _params: bytes, _when: float) -> list[Reply]:
+def _ping(servo: Servo, _params: bytes) -> list[Reply]:
     identity = servo.model.number.to_bytes(2, "little") + bytes((servo.model.firmware,))
     return _status(servo, StatusError.NONE, identity, level=0)
 
 
-def _read(servo: Servo, params: bytes, when: float) -> list[Reply]:
+def _read(servo: Servo, params: bytes) -> list[Reply]:
     if len(params) != 4:
         return _status(servo, StatusError.DATA_LENGTH, level=1)
     address, size = _address_and_size(params)
-    error, data = servo.read(address, size, when)
+    error, data = servo.read(address, size)
     return _status(servo, error, data, level=1)
 
 
-def _write(servo: Servo, params: bytes, _when: float) -> list[Reply]:
-    sender = servo.servo_id
-    delay, level = servo.return_delay, servo.status_return_level
-    error = _write_params(servo.write, params)
-    if level < 2:
-        return []
-    # An ID, return delay or status return level just written counts from the next packet on.
-    return [Reply(build_status(sender, error | servo.alert), delay)]
+def _write(servo: Servo, params: bytes) -> list[Reply]:
+    return _confirm(servo, lambda: _with_params(servo.write, params))
 
 
-def _reg_write(servo: Servo, params: bytes, _when: float) -> list[Reply]:
-    return _status(servo, _write_params(servo.register_write, params))
+def _reg_write(servo: Servo, params: bytes) -> list[Reply]:
+    return _confirm(servo, lambda: _with_params(servo.register_write, params))
 
 
-def _action(servo: Servo, _params: bytes, _when: float) -> list[Reply]:
-    sender = servo.servo_id
-    delay, level = servo.return_delay, servo.status_return_level
-    error = servo.act()
-    return [Reply(build_status(sender, error | servo.alert), delay)] if level >= 2 else []
+def _action(servo: Servo, _params: bytes) -> list[Reply]:
+    return _confirm(servo, servo.act)
 
 
-def _reboot(servo: Servo, _params: bytes, when: float) -> list[Reply]:
+def _confirm(servo: Servo, act: Callable[[], StatusError]) -> list[Reply]:
+    """Act and say how it went, as the servo was set before: a new ID counts from then on."""
+    servo_id, delay = servo.servo_id, servo.return_delay
+    silent = servo.status_return_level < 2
+    error = act()
+    return [] if silent else [Reply(build_status(servo_id, error | servo.alert), delay)]
+
+
+def _reboot(servo: Servo, _params: bytes) -> list[Reply]:
     replies = _status(servo, StatusError.NONE)
-    servo.reboot(when)
+    servo.reboot()
     return replies
 
 
-def _factory_reset(servo: Servo, params: bytes, when: float) -> list[Reply]:
+def _factory_reset(servo: Servo, params: bytes) -> list[Reply]:
     if len(params) != 1:
         return _status(servo, StatusError.DATA_LENGTH)
-    if params[0] not in _FACTORY_RESET_OPTIONS:
+    option = params[0]
+    if option not in _RESET_OPTIONS:
         return _status(servo, StatusError.DATA_RANGE)
     replies = _status(servo, StatusError.NONE)
-    servo.factory_reset(when, keep_id=params[0] != 0xFF, keep_baud_rate=params[0] == 0x02)
+    servo.factory_reset(
+        keep_id=option != _RESET_ALL, keep_baud_rate=option == _RESET_ALL_BUT_ID_AND_BAUD_RATE
+    )
     return replies
 
 
-_HANDLERS: dict[int, Callable[[Servo, bytes, float], list[Reply]]] = {
+_HANDLERS: dict[int, Callable[[Servo, bytes], list[Reply]]] = {
     Instruction.PING: _ping,
     Instruction.READ: _read,
     Instruction.WRITE: _write,
@@ -188,29 +190,35 @@ _HANDLERS: dict[int, Callable[[Servo, bytes, float], list[Reply]]] = {
     Instruction.REBOOT: _reboot,
 }
 
+_SILENT_BROADCASTS = frozenset(
+    (
+        Instruction.WRITE,
+        Instruction.REG_WRITE,
+        Instruction.ACTION,
+        Instruction.FACTORY_RESET,
+        Instruction.REBOOT,
+    )
+)
 
-def _broadcast(packet: Packet, listeners: Listeners, when: float) -> list[Reply]:
+
+def _broadcast(packet: Packet, listeners: Listeners, hearing: list[Servo]) -> list[Reply]:
     """Only ping and sync read are answered when all are addressed."""
-    params = packet.params
-    if packet.instruction == Instruction.SYNC_READ:
-        return _sync_read(params, listeners, when)
-    if packet.instruction == Instruction.SYNC_WRITE:
-        _sync_write(params, listeners, when)
-        return []
-    handler = _HANDLERS.get(packet.instruction)
-    everyone = [servo for servo_id in sorted(listeners) for servo in listeners[servo_id]]
-    hearing = [servo for servo in everyone if servo.hears(when)]
-    if handler is _ping:
-        return [reply for servo in hearing for reply in _ping(servo, params, when)]
-    if handler is _factory_reset and params[:1] == bytes((_FACTORY_RESET_ALL,)):
-        return []  # ignored since firmware 42
-    if handler is not None and handler is not _read:
+    instruction, params = packet.instruction, packet.params
+    if instruction == Instruction.PING:
+        return [reply for servo in hearing for reply in _ping(servo, params)]
+    if instruction == Instruction.SYNC_READ:
+        return _sync_read(params, listeners)
+    if instruction == Instruction.SYNC_WRITE:
+        _sync_write(params, listeners)
+    elif instruction == Instruction.FACTORY_RESET and params[:1] == bytes((_RESET_ALL,)):
+        pass  # ignored since firmware 42
+    elif instruction in _SILENT_BROADCASTS:
         for servo in hearing:
-            handler(servo, params, when)
+            _HANDLERS[instruction](servo, params)
     return []
 
 
-def _sync_read(params: bytes, listeners: Listeners, when: float) -> list[Reply]:
+def _sync_read(params: bytes, listeners: Listeners) -> list[Reply]:
     """Return the replies in the requested order.
 
     Each servo waits for the one before it in the list, so whoever follows a silent one stays silent
@@ -221,8 +229,8 @@ def _sync_read(params: bytes, listeners: Listeners, when: float) -> list[Reply]:
         answers = [
             reply
             for servo in listeners.get(servo_id, ())
-            if servo.hears(when)
-            for reply in _read(servo, params[:4], when)
+            if servo.hears
+            for reply in _read(servo, params[:4])
         ]
         if not answers:
             break
@@ -230,16 +238,16 @@ def _sync_read(params: bytes, listeners: Listeners, when: float) -> list[Reply]:
     return replies
 
 
-def _sync_write(params: bytes, listeners: Listeners, when: float) -> None:
+def _sync_write(params: bytes, listeners: Listeners) -> None:
     """Write each servo's share; a last share that is too short is left out."""
     address, size = _address_and_size(params)
     for start in range(4, len(params) - size, size + 1):
         for servo in listeners.get(params[start], ()):
-            if servo.hears(when):
+            if servo.hears:
                 servo.write(address, params[start + 1 : start + 1 + size])
 
 
-def _write_params(write: Callable[[int, bytes], StatusError], params: bytes) -> StatusError:
+def _with_params(write: Callable[[int, bytes], StatusError], params: bytes) -> StatusError:
     if len(params) < 3:
         return StatusError.DATA_LENGTH
     return write(params[0] | params[1] << 8, params[2:])

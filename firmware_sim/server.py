@@ -67,6 +67,8 @@ class Server:
                 if self._stdin in ready and not os.read(self._stdin, 4096):
                     self._stopped = True
                 self._speak()
+                if not ready:
+                    self._bus.advance(self._clock.now())
         finally:
             signal.set_wakeup_fd(-1)
             os.close(self._wake_read)
@@ -78,8 +80,12 @@ class Server:
     def _patience(self) -> float | None:
         """How long to sleep, s; None for as long as nothing comes."""
         if self._due:
-            return max(0.0, self._due[0].due - self._clock.now() - _SPIN)
+            return max(0.0, self._due[0].due - self._clock.now() - self._spin())
         return _HOUSEKEEPING if self._bus.moving else None
+
+    def _spin(self) -> float:
+        """Only the last answer of a request needs to leave sharply: clients wait for that one."""
+        return _SPIN if len(self._due) == 1 else 0.0
 
     def _listen(self) -> None:
         chunk = self._port.read()
@@ -88,11 +94,8 @@ class Server:
             self._due += self._bus.receive(chunk, now, self._port.baud_rate)
 
     def _speak(self) -> None:
-        """Send what is due, or about to be; bring the servos up to date when there is nothing."""
-        if not self._due:
-            self._bus.advance(self._clock.now())
-            return
-        while self._due and self._due[0].due - self._clock.now() <= _SPIN:
+        """Send what is due, waiting for what is about to be."""
+        while self._due and self._due[0].due - self._clock.now() <= self._spin():
             transmission = self._due.popleft()
             while self._clock.now() < transmission.due:
                 pass
