@@ -206,6 +206,7 @@ class Bus(BusPort):
         pending = _Pending(set(servo_ids), size)
         allowed = self.margin if margin is None else margin
         self._collect(pending, time.monotonic() + duration + allowed)
+        self.counters.timeouts += bool(pending.ids)
         return pending.replies
 
     def read_all(
@@ -234,6 +235,7 @@ class Bus(BusPort):
             if reply := pending.replies.get(servo_id):
                 _check_status(reply, self.port_name)
                 return reply
+            self.counters.timeouts += 1
         raise self._silent((servo_id,))
 
     def _silent(self, servo_ids: tuple[int, ...]) -> BusTimeoutError:
@@ -253,12 +255,12 @@ class Bus(BusPort):
         self.serial_port.write(request)
 
     def _collect(self, pending: _Pending, deadline: float) -> None:
+        """Gather replies until all are there or `deadline` has passed."""
         self.counters.transactions += 1
         read, feed = self.serial_port.read, self._parser.feed
         while pending.ids:
             data = read(deadline)
             if not data:
-                self.counters.timeouts += 1
                 self._late_replies_possible = True
                 return
             for packet in feed(data):

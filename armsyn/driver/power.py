@@ -1,0 +1,166 @@
+"""Torque, watchdog and profiles: brought up before a motion, and put back when it fails.
+
+Everything is written by sync write and verified by reading back, which works at Status Return
+Level 1 as well as 2.
+"""
+
+from __future__ import annotations
+
+from armsyn.driver import registers as reg
+from armsyn.driver.facts import ServoFacts
+from armsyn.driver.transactions import Bus
+from armsyn.errors import HardwareFaultError
+
+WATCHDOG_UNITS = 15
+"""Bus Watchdog while moving: 15 x 20 ms. Longer than the stalls of a busy host (30-180 ms
+measured), and short: a servo whose host died only finishes its way to the last goal anyway."""
+
+WATCHDOG_SECONDS = WATCHDOG_UNITS * reg.WATCHDOG_UNIT
+
+GOAL_TOLERANCE_TICKS = 64
+"""How far a servo under torque may be from its goal (5.6 degrees) for a motion to begin."""
+
+
+def power_up(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
+    """Give torque without a jerk: goal := present, verified, then torque on, verified.
+
+    A servo that holds already keeps its goal, so that a raised arm does not dip. Profiles are
+    set to 0 (no profile, in the velocity-based and the time-based drive mode alike): goals
+    are streamed and checked one by one. The watchdog is armed before the torque.
+
+    Parameters
+    ----------
+    bus : Bus
+    facts : tuple of ServoFacts
+        As read just now.
+
+    Raises
+    ------
+    HardwareFaultError
+        A servo does not take its goal, torque or watchdog, or is away from the goal it holds.
+    BusError, PortLostError
+        As the bus.
+    """
+    for servo in facts:
+        off = abs(servo.goal_position - servo.present_position)
+        if servo.torque_enabled and off > GOAL_TOLERANCE_TICKS:
+            raise HardwareFaultError(
+                f"{servo.title} is under torque and {off} ticks from its goal: it is moving or"
+                " held by something; wait, or free it",
+                servo.servo_id,
+            )
+    limp = [servo for servo in facts if not servo.torque_enabled]
+    _set(bus, facts, reg.PROFILE_VELOCITY, 0)
+    _set(bus, facts, reg.PROFILE_ACCELERATION, 0)
+    _set_each(bus, reg.GOAL_POSITION, {s.servo_id: s.present_position for s in limp}, facts)
+    _set(bus, facts, reg.BUS_WATCHDOG, WATCHDOG_UNITS)
+    _set_each(bus, reg.TORQUE_ENABLE, dict.fromkeys((s.servo_id for s in limp), 1), facts)
+    _verify(bus, reg.BUS_WATCHDOG, {s.servo_id: WATCHDOG_UNITS for s in facts}, facts)
+    _check_still(bus, facts)
+
+
+def _check_still(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
+    """Make sure that torque has moved nothing: position mode folds to one turn as it comes on."""
+    present = bus.read_all(reg.PRESENT_POSITION, tuple(s.servo_id for s in facts))
+    for servo in facts:
+        moved = abs(present[servo.servo_id] - servo.present_position)
+        if moved > GOAL_TOLERANCE_TICKS:
+            raise HardwareFaultError(
+                f"{servo.title} moved by {moved} ticks as its torque came on: check what pulls at"
+                " it, and its operating mode and homing offset",
+                servo.servo_id,
+            )
+
+
+def restore(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
+    """Put torque, watchdog and profiles back as they were found; nothing has moved yet.
+
+    Parameters
+    ----------
+    bus : Bus
+    facts : tuple of ServoFacts
+        As found.
+
+    Raises
+    ------
+    PortLostError
+        The port went away.
+    """
+    limp = {s.servo_id: 0 for s in facts if not s.torque_enabled}
+    if limp:
+        bus.sync_write(reg.TORQUE_ENABLE, limp)
+    bus.sync_write(reg.BUS_WATCHDOG, {s.servo_id: s.bus_watchdog for s in facts})
+    bus.sync_write(reg.PROFILE_VELOCITY, {s.servo_id: s.profile_velocity for s in facts})
+    bus.sync_write(reg.PROFILE_ACCELERATION, {s.servo_id: s.profile_acceleration for s in facts})
+
+
+def disarm_watchdog(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
+    """Switch the bus watchdog off; HardwareFaultError when a servo keeps it, or had expired."""
+    ids = tuple(servo.servo_id for servo in facts)
+    expired = [i for i, value in bus.read_all(reg.BUS_WATCHDOG, ids).items() if value < 0]
+    if expired:
+        raise HardwareFaultError(
+            f"the bus watchdog of servo {expired[0]} expired during the motion: it did not"
+            " follow to the end; write 0 to register 98 to clear it",
+            expired[0],
+        )
+    _set(bus, facts, reg.BUS_WATCHDOG, 0)
+
+
+def torque_off(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
+    """Let all servos go; HardwareFaultError when one does not."""
+    _set(bus, facts, reg.TORQUE_ENABLE, 0)
+
+
+def release_watchdogs(bus: Bus, ids: tuple[int, ...]) -> tuple[int, ...]:
+    """Clear expired bus watchdogs, holding each servo where it is.
+
+    Parameters
+    ----------
+    bus : Bus
+    ids : tuple of int
+
+    Returns
+    -------
+    tuple of int
+        Servos whose watchdog had expired.
+
+    Raises
+    ------
+    BusError, PortLostError
+        As the bus.
+    """
+    watchdogs = bus.read_all(reg.BUS_WATCHDOG, ids)
+    expired = tuple(i for i, value in watchdogs.items() if value == reg.WATCHDOG_EXPIRED)
+    if expired:
+        present = bus.read_all(reg.PRESENT_POSITION, expired)
+        # back to back: a goal from before must not start a motion in between
+        bus.sync_write(reg.BUS_WATCHDOG, dict.fromkeys(expired, 0))
+        bus.sync_write(reg.GOAL_POSITION, present)
+    return expired
+
+
+def _set(bus: Bus, facts: tuple[ServoFacts, ...], register: reg.Register, value: int) -> None:
+    _set_each(bus, register, {servo.servo_id: value for servo in facts}, facts)
+
+
+def _set_each(
+    bus: Bus, register: reg.Register, values: dict[int, int], facts: tuple[ServoFacts, ...]
+) -> None:
+    if values:
+        bus.sync_write(register, values)
+        _verify(bus, register, values, facts)
+
+
+def _verify(
+    bus: Bus, register: reg.Register, values: dict[int, int], facts: tuple[ServoFacts, ...]
+) -> None:
+    read = bus.read_all(register, tuple(values))
+    for servo in facts:
+        identifier = servo.servo_id
+        if identifier in values and read[identifier] != values[identifier]:
+            raise HardwareFaultError(
+                f"{servo.title} does not take {values[identifier]} as its {register.name}"
+                f" (register {register.address} reads {read[identifier]}): check its limits",
+                identifier,
+            )

@@ -1,0 +1,178 @@
+"""What an arm was told and what it did, and the files that keep it.
+
+Files follow ``armsyn-motion-1`` (see `armsyn.motion.formats`), so that reading one as a motion
+gives the measured motion; what goes beyond a motion stands beside it.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.driver.log import StreamLog
+from armsyn.errors import FormatError
+from armsyn.motion import Motion
+
+FloatArray = NDArray[np.float64]
+
+
+class Ending(enum.Enum):
+    """How a run left the arm."""
+
+    COMPLETED = "at the target, torque on, holding"
+    PARKED = "parked, torque off"
+    STOPPED_HOLDING = "stopped on request, torque on, holding where it came to rest"
+    STOPPED_PARKED = "stopped on request, moved to the rest posture, torque on, holding"
+    ABORTED = "held at once on the second request to stop, torque on, watchdog armed"
+    FAULT = "held at once on a fault, torque as the fault left it, watchdog armed"
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One run of an arm, one row a tick; arrays are read-only.
+
+    Attributes
+    ----------
+    arm, port : str
+    simulated : bool
+        As the caller of the session said.
+    joint_names : tuple of str
+    rate_hz : float
+        Asked for.
+    time_s : array, shape (ticks,)
+        When each command was sent, s from the stream's start, on the monotonic clock.
+    commanded_rad : array, shape (ticks, n)
+    measured_rad : array, shape (ticks, n)
+        The last known angle where a reply was lost (`stale`).
+    velocity_rad_s, current_a : array, shape (ticks, n)
+        As the servos report them; current is NaN where a servo has no current sensor.
+    stale : array of bool, shape (ticks, n)
+        Where no reply came.
+    hardware_error : array of uint8, shape (ticks, n)
+        Hardware Error Status (register 70), as far as it was read.
+    events : tuple of (float, str)
+        What happened when, s.
+    ticks, missed_ticks : int
+        Commands sent; ticks skipped because the host was late.
+    dropped_rows : int
+        Ticks that were sent but are not recorded because the arrays were full.
+    command_success_rate : float
+        Part of the last 100 commands that went out in time and were answered by all.
+    ending : Ending
+    """
+
+    arm: str
+    port: str
+    simulated: bool
+    joint_names: tuple[str, ...]
+    rate_hz: float
+    time_s: FloatArray
+    commanded_rad: FloatArray
+    measured_rad: FloatArray
+    velocity_rad_s: FloatArray
+    current_a: FloatArray
+    stale: NDArray[np.bool_]
+    hardware_error: NDArray[np.uint8]
+    events: tuple[tuple[float, str], ...]
+    ticks: int
+    missed_ticks: int
+    dropped_rows: int
+    command_success_rate: float
+    ending: Ending
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    @classmethod
+    def of_log(
+        cls,
+        log: StreamLog,
+        arm: ArmDescription,
+        *,
+        port: str,
+        simulated: bool,
+        rate_hz: float,
+        ticks: int,
+        missed_ticks: int,
+        command_success_rate: float,
+        ending: Ending,
+    ) -> Self:
+        """Take over what a stream recorded; the log's arrays are copied."""
+        kept = slice(0, log.rows)
+        return cls(
+            arm=arm.name,
+            port=port,
+            simulated=simulated,
+            joint_names=arm.joint_names,
+            rate_hz=rate_hz,
+            time_s=log.time[kept].copy(),
+            commanded_rad=log.commanded[kept].copy(),
+            measured_rad=log.measured[kept].copy(),
+            velocity_rad_s=log.velocity[kept].copy(),
+            current_a=log.current[kept].copy(),
+            stale=log.stale[kept].copy(),
+            hardware_error=log.hardware_error[kept].copy(),
+            events=tuple(log.events),
+            ticks=ticks,
+            missed_ticks=missed_ticks,
+            dropped_rows=log.dropped,
+            command_success_rate=command_success_rate,
+            ending=ending,
+        )
+
+    @property
+    def source(self) -> str:
+        """Where it comes from, for people."""
+        kind = "simulated " if self.simulated else ""
+        return f"recording of {kind}{self.arm} on {self.port}"
+
+    def measured_motion(self, arm: ArmDescription) -> Motion:
+        """Return the measured motion with landmarks by forward kinematics.
+
+        Where a reply was lost, angles are interpolated between those that came.
+
+        Parameters
+        ----------
+        arm : ArmDescription
+            The arm that was recorded.
+
+        Returns
+        -------
+        Motion
+
+        Raises
+        ------
+        FormatError
+            Another arm, or fewer than two ticks in which some joint answered.
+        """
+        if arm.joint_names != self.joint_names:
+            raise FormatError(f"{self.source}: not a recording of {arm.name}")
+        angles = np.empty_like(self.measured_rad)
+        for column in range(angles.shape[1]):
+            good = ~self.stale[:, column]
+            if np.count_nonzero(good) < 2:
+                name = self.joint_names[column]
+                raise FormatError(f"{self.source}: joint {name} answered fewer than two ticks")
+            known = self.measured_rad[good, column]
+            angles[:, column] = np.interp(self.time_s, self.time_s[good], known)
+        return Motion(
+            time=self.time_s,
+            joint_names=self.joint_names,
+            angles=angles,
+            landmark_names=tuple(arm.landmarks),
+            landmarks=arm.chain.positions(angles)[:, list(arm.landmark_frames)],
+            source=self.source,
+        )
+
+    def tracking_rms(self) -> float:
+        """Root mean square of measured minus commanded angles, over ticks and joints, rad."""
+        error = (self.measured_rad - self.commanded_rad)[~self.stale]
+        return float(np.sqrt(np.mean(error**2))) if error.size else float("nan")

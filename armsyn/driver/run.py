@@ -1,0 +1,203 @@
+"""One run of an arm: torque on, the motion, and the ending it deserves."""
+
+from __future__ import annotations
+
+import contextlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.driver import power
+from armsyn.driver.facts import ServoFacts, check_facts, read_facts
+from armsyn.driver.joints import JointGroup
+from armsyn.driver.log import StreamLog
+from armsyn.driver.path import Path, straight_way
+from armsyn.driver.recording import Ending
+from armsyn.driver.registers import POSITION_MODE
+from armsyn.driver.signals import StopRequests
+from armsyn.driver.stream import LONGEST_SETTLING, OnTick, Outcome, Streamer
+from armsyn.driver.watch import WatchSettings
+from armsyn.errors import ArmFaultError, FollowingError, LimitError, RefusedMotionError
+from armsyn.motion import Motion
+from armsyn.safety import CommandLimits, check_trajectory
+
+FloatArray = NDArray[np.float64]
+
+LONGEST_PARKING = 3.0
+"""Seconds the way to rest may take after a request to stop."""
+
+_SPARE = 1.5
+"""How much longer than planned a run may become and still be recorded whole."""
+
+
+class ArmRun:
+    """One run: `execute` it once.
+
+    Parameters
+    ----------
+    joints : JointGroup
+    arm : ArmDescription
+    rate_hz : float
+    stops : StopRequests
+    trajectory : Motion
+        Checked.
+    park : Motion or None
+        Checked; streamed after the trajectory, then the torque goes off.
+    on_tick : callable or None
+
+    Attributes
+    ----------
+    ending : Ending
+        How it left the arm.
+    fault : Exception or None
+        What keeps the arm from moving again.
+    streamer : Streamer or None
+        What was streamed; None when nothing was.
+    """
+
+    def __init__(
+        self,
+        joints: JointGroup,
+        arm: ArmDescription,
+        rate_hz: float,
+        *,
+        stops: StopRequests,
+        trajectory: Motion,
+        park: Motion | None = None,
+        on_tick: OnTick | None = None,
+    ) -> None:
+        self.joints = joints
+        self.bus = joints.bus
+        self.arm = arm
+        self.rate_hz = rate_hz
+        self.stops = stops
+        self.trajectory = trajectory
+        self.park = park
+        self.on_tick = on_tick
+        self.ending = Ending.FAULT
+        self.fault: BaseException | None = None
+        self.streamer: Streamer | None = None
+        self._facts: tuple[ServoFacts, ...] = ()
+
+    def execute(self) -> None:
+        """Run it.
+
+        Raises
+        ------
+        LimitError
+            The trajectory leaves the servos' own position limits; nothing has changed.
+        ArmFaultError
+            A fault: before motion all is as it was found; during it the goals stand still
+            and the watchdog stays armed.
+        """
+        self._facts = read_facts(self.bus, self.arm)
+        check_facts(self._facts)
+        self._check_servo_limits(self.trajectory)
+        if self.park is not None:
+            self._check_servo_limits(self.park)
+        try:
+            power.power_up(self.bus, self._facts)
+        except BaseException:
+            with contextlib.suppress(ArmFaultError):  # the first error says what happened
+                power.restore(self.bus, self._facts)
+            raise
+        streamer = self.streamer = self._make_streamer()
+        try:
+            self.ending = self._move(streamer)
+            self._finish(streamer)
+        except BaseException as error:
+            self.ending, self.fault = Ending.FAULT, error
+            self._hold(streamer, error)
+            raise
+
+    def _check_servo_limits(self, motion: Motion) -> None:
+        """Sync write tells nobody that a servo refused a goal, so none may be refusable."""
+        assert motion.angles is not None  # noqa: S101 - check_trajectory made sure
+        ticks = self.arm.calibration.to_ticks(motion.angles)
+        for column, servo in enumerate(self._facts):
+            lower, upper = servo.minimum_position, servo.maximum_position
+            low, high = int(ticks[:, column].min()), int(ticks[:, column].max())
+            if servo.operating_mode == POSITION_MODE and not lower <= low <= high <= upper:
+                value, limit = (low, lower) if low < lower else (high, upper)
+                raise LimitError(
+                    f"{servo.title} would be sent to tick {value}, its own limits are {lower} to"
+                    f" {upper} (registers 52 and 48): plan another motion, or widen them",
+                    servo.joint,
+                    value,
+                    limit,
+                )
+
+    def _make_streamer(self) -> Streamer:
+        period = 1.0 / self.rate_hz
+        planned = self.trajectory.duration + (self.park.duration if self.park else 0.0)
+        longest = _SPARE * (planned + LONGEST_PARKING + 3 * LONGEST_SETTLING)
+        goals = [s.goal_position if s.torque_enabled else s.present_position for s in self._facts]
+        self.joints.start_at([servo.present_position for servo in self._facts])
+        return Streamer(
+            link=self.joints,
+            settings=WatchSettings(
+                period=period,
+                limits=CommandLimits.of(self.arm, period),
+                servo_ids=self.joints.ids,
+                servo_names=tuple(servo.title for servo in self._facts),
+            ),
+            max_acceleration=self.arm.max_acceleration,
+            longest_stall=power.WATCHDOG_SECONDS,
+            commanded=self.arm.calibration.to_radians(goals),
+            log=StreamLog(int(longest * self.rate_hz) + 1, len(goals)),
+            stops=self.stops,
+            on_tick=self.on_tick,
+        )
+
+    def _move(self, streamer: Streamer) -> Ending:
+        outcome = streamer.follow(Path(self.trajectory, start=streamer.commanded))
+        ending = Ending.COMPLETED
+        if outcome is Outcome.ARRIVED and self.park is not None:
+            outcome = streamer.follow(Path(self.park, start=streamer.commanded))
+            ending = Ending.PARKED
+        if outcome is Outcome.STOPPED:
+            way = self._way_to_rest(streamer.commanded)
+            if way is None:
+                return Ending.STOPPED_HOLDING
+            streamer.note("moving to the rest posture")
+            outcome = streamer.follow(Path(way), may_stop=False)
+            ending = Ending.STOPPED_PARKED
+        return Ending.ABORTED if outcome is Outcome.ABORTED else ending
+
+    def _way_to_rest(self, start: FloatArray) -> Motion | None:
+        """Way from the last goals to rest; None when it is too long or must not be gone."""
+        way = straight_way(start, self.arm.rest, self.arm, self.rate_hz)
+        if way.duration > LONGEST_PARKING:
+            return None
+        try:
+            check_trajectory(way, self.arm, start)
+            self._check_servo_limits(way)
+        except RefusedMotionError:
+            return None
+        return way
+
+    def _finish(self, streamer: Streamer) -> None:
+        streamer.note(self.ending.value)
+        if self.ending is Ending.ABORTED:
+            self.fault = ArmFaultError(self.ending.value)
+            self._hold(streamer, self.fault)
+            return
+        if self.ending is Ending.PARKED:
+            power.torque_off(self.bus, self._facts)
+        power.disarm_watchdog(self.bus, self._facts)
+
+    def _hold(self, streamer: Streamer, error: BaseException) -> None:
+        """Let the goals stand still; the joint that something holds gives way to it.
+
+        The present posture is no goal for the others: it lies behind a moving joint, which
+        would overshoot and come back.
+        """
+        goals = streamer.commanded.copy()
+        if isinstance(error, FollowingError):
+            joint = self.arm.joint_names.index(error.joint)
+            chain = self.arm.chain
+            goals[joint] = np.clip(streamer.measured[joint], chain.lower[joint], chain.upper[joint])
+        streamer.note(f"held: {error}")
+        with contextlib.suppress(ArmFaultError):  # a port that is gone cannot be told
+            self.joints.send(goals)

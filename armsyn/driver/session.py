@@ -1,0 +1,238 @@
+"""A session with an arm: open and check, run trajectories, and leave the arm in a known state.
+
+How a run leaves the arm:
+
+=====================  ================================  =================================  ========
+ending                 torque                            motion                             watchdog
+=====================  ================================  =================================  ========
+error before motion    as it was found                   none                               as found
+completed              on, holding                       at the target                      0
+completed with `park`  off                               parked                             0
+first request to stop  on, holding                       decelerated; then to rest if the   0
+                                                         way is free and takes 3 s at most
+second request, fault  on, holding (what a fault left)   goals stand still at once          armed
+host dead              the servos' own                   stopped by their watchdog          expired
+=====================  ================================  =================================  ========
+"""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.driver import power
+from armsyn.driver.collector import collector_frozen
+from armsyn.driver.facts import check_facts, check_models, read_facts
+from armsyn.driver.joints import JointGroup
+from armsyn.driver.recording import Recording
+from armsyn.driver.registers import servo_model
+from armsyn.driver.run import ArmRun
+from armsyn.driver.signals import StopRequests
+from armsyn.driver.stream import OnTick, Streamer
+from armsyn.driver.timing import check_rate
+from armsyn.driver.transactions import Bus
+from armsyn.errors import ArmFaultError, DescriptionError
+from armsyn.motion import Motion
+from armsyn.safety import check_trajectory
+
+FloatArray = NDArray[np.float64]
+
+STREAM_MARGIN = 1.0
+"""Periods that a reply may be late while streaming: the next tick then starts a little late, which
+is better than a lost state."""
+
+SHORTEST_STREAM_MARGIN = 2e-3
+"""Seconds that a reply may be late while streaming, at least."""
+
+
+class ArmSession:
+    """An arm on a port, checked and ready to run; made by `open`.
+
+    Attributes
+    ----------
+    recording : Recording or None
+        Of the last run, also when it raised.
+    fault : Exception or None
+        What ended the last run; the session runs nothing more then.
+    stops : StopRequests
+        ``session.stops.request()`` asks a run to stop, as SIGINT does.
+    """
+
+    def __init__(self, bus: Bus, arm: ArmDescription, rate_hz: float, *, simulated: bool) -> None:
+        self.bus = bus
+        self.arm = arm
+        self.rate_hz = rate_hz
+        self.simulated = simulated
+        self.recording: Recording | None = None
+        self.fault: BaseException | None = None
+        self.stops = StopRequests()
+        margin = max(SHORTEST_STREAM_MARGIN, STREAM_MARGIN / rate_hz)
+        self._joints = JointGroup(bus, arm, margin)
+
+    @classmethod
+    def open(
+        cls, port: str, arm: ArmDescription, rate_hz: float, *, simulated: bool = False
+    ) -> Self:
+        """Open the port and check that the arm there is the one described, fit to move.
+
+        Nothing is written to the servos.
+
+        Parameters
+        ----------
+        port : str
+            Path of the serial port.
+        arm : ArmDescription
+        rate_hz : float
+            Commands a second.
+        simulated : bool
+            Only kept in recordings; nothing else depends on it.
+
+        Returns
+        -------
+        ArmSession
+            A context manager; leaving it closes the port.
+
+        Raises
+        ------
+        DescriptionError
+            An arm without servos, or with models the driver does not know.
+        PortError
+            The port cannot be opened.
+        ServoMissingError, ServoMismatchError
+            Not the arm that is described, or not set up to be streamed to.
+        HardwareFaultError
+            A latched hardware error or an expired bus watchdog.
+        BusRateError
+            The wire cannot carry the rate.
+        BusError
+            Lost replies.
+        """
+        if not arm.servo:
+            raise DescriptionError(f"{arm.name} has no servos: it is a model only")
+        for servo in arm.servo:
+            servo_model(servo.model)
+        bus = Bus(port, arm.servo[0].baud)
+        try:
+            check_models(bus, arm)
+            facts = read_facts(bus, arm)
+            check_facts(facts)
+            check_rate(rate_hz, bus.baudrate, [servo.return_delay for servo in facts])
+            return cls(bus, arm, rate_hz, simulated=simulated)
+        except BaseException:
+            bus.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the port; the arm stays as it is. A second call does nothing."""
+        self.bus.close()
+
+    def read_posture(self) -> FloatArray:
+        """Present angles of the joints, shape (n,), rad.
+
+        Raises
+        ------
+        BusError, PortLostError
+            As the bus.
+        """
+        return self._joints.read_posture()
+
+    def run(
+        self, trajectory: Motion, park: Motion | None = None, on_tick: OnTick | None = None
+    ) -> Recording:
+        """Check a trajectory, stream it, and leave the arm as the table above says.
+
+        SIGINT and SIGTERM are requests to stop while this runs (in the main thread).
+
+        Parameters
+        ----------
+        trajectory : Motion
+            From where the arm is; angles in rad.
+        park : Motion, optional
+            Streamed afterwards, from the trajectory's end; then the torque goes off.
+        on_tick : callable, optional
+            Called after each tick with path time and duration, s; must return quickly.
+
+        Returns
+        -------
+        Recording
+            Its `ending` says how the run ended.
+
+        Raises
+        ------
+        RefusedMotionError, InputError
+            A trajectory that must not be run; nothing has changed on the arm.
+        ArmFaultError
+            A fault before motion (all is as it was found) or during it (the arm holds, the
+            watchdog stays armed, and the session runs nothing more).
+        """
+        if self.fault is not None:
+            raise ArmFaultError(f"this session has ended with a fault: {self.fault}")
+        check_trajectory(trajectory, self.arm, self.read_posture())
+        if park is not None and trajectory.angles is not None:
+            check_trajectory(park, self.arm, trajectory.angles[-1])
+        with self.stops, collector_frozen():
+            run = ArmRun(
+                self._joints,
+                self.arm,
+                self.rate_hz,
+                stops=self.stops,
+                trajectory=trajectory,
+                park=park,
+                on_tick=on_tick,
+            )
+            try:
+                run.execute()
+            finally:
+                self.fault = run.fault
+                if run.streamer is not None:
+                    self.recording = self._record(run, run.streamer)
+        assert self.recording is not None  # noqa: S101 - a run that ends well has streamed
+        return self.recording
+
+    def _record(self, run: ArmRun, streamer: Streamer) -> Recording:
+        return Recording.of_log(
+            streamer.log,
+            self.arm,
+            port=self.bus.port_name,
+            simulated=self.simulated,
+            rate_hz=self.rate_hz,
+            ticks=streamer.ticks,
+            missed_ticks=streamer.missed_ticks,
+            command_success_rate=streamer.watch.success_rate,
+            ending=run.ending,
+        )
+
+
+def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:
+    """Clear the bus watchdogs that stopped an arm, holding every servo where it is.
+
+    Look at the arm first: this is the operator's word that it may move again.
+
+    Parameters
+    ----------
+    port : str
+    arm : ArmDescription
+
+    Returns
+    -------
+    tuple of int
+        IDs of the servos whose watchdog had expired.
+
+    Raises
+    ------
+    PortError, ServoMissingError, ServoMismatchError, BusError
+        As `ArmSession.open`.
+    """
+    with contextlib.closing(Bus(port, arm.servo[0].baud)) as bus:
+        check_models(bus, arm)
+        return power.release_watchdogs(bus, tuple(servo.id for servo in arm.servo))

@@ -1,0 +1,49 @@
+"""Requests to stop: SIGINT, SIGTERM, or the program itself."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable
+from types import FrameType
+from typing import Any, Self
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+_Handler = Callable[[int, FrameType | None], Any] | int | None
+
+
+class StopRequests:
+    """Counts requests to stop while it is entered.
+
+    Signals are taken over in the main thread only (Python delivers them nowhere else) and given
+    back on leaving; a program that streams from another thread calls `request`.
+
+    Attributes
+    ----------
+    count : int
+        1: come to a stop and see to the arm. 2 or more: hold at once.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._previous: dict[signal.Signals, _Handler] = {}
+
+    def request(self) -> None:
+        """Ask to stop, as a signal does."""
+        self.count += 1
+
+    def __enter__(self) -> Self:
+        if threading.current_thread() is threading.main_thread():
+            for number in SIGNALS:
+                self._previous[number] = signal.signal(number, self._on_signal)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        while self._previous:
+            number, handler = self._previous.popitem()
+            # None: the handler was not set by Python; its default is the best that is known
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+
+    def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
+        self.request()
