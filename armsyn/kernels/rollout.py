@@ -49,11 +49,15 @@ class Timing(NamedTuple):
         Time between frames, s.
     ramp : float
         phi is multiplied by a minimum-jerk ramp of this duration, s; 0 for none.
+    limit_rate : float
+        A joint nears a limit at most at this rate times its distance to it, 1/s (a velocity
+        damper, Faverjon and Tournassoud 1987); infinite: joints are clamped at their limits.
     """
 
     rate: float
     dt: float
     ramp: float
+    limit_rate: float
 
 
 class Task(NamedTuple):
@@ -154,14 +158,18 @@ def ramp_value(t, duration):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def apply_synergy(gains, slopes, offsets, factor, t, lower, upper, dq, q):  # type: ignore[no-untyped-def]
-    """Add factor phi(t) M dq to posture q, all of shape (n,), clamped to the limits."""
+def apply_synergy(gains, slopes, offsets, factor, t, lower, upper, share, dq, q):  # type: ignore[no-untyped-def]
+    """Add factor phi(t) M dq to posture q, all of shape (n,), within the limits.
+
+    No joint covers more than `share` of what is left to its limit.
+    """
     shared = slopes.shape[0] == 1
     phi = 0.0
     for i in range(q.shape[0]):
         if i == 0 or not shared:
             phi = factor / (1.0 + math.exp(offsets[i] - slopes[i] * t))
-        q[i] = min(max(q[i] + phi * gains[i] * dq[i], lower[i]), upper[i])
+        change = phi * gains[i] * dq[i]
+        q[i] += min(max(change, share * (lower[i] - q[i])), share * (upper[i] - q[i]))
 
 
 @kernel
@@ -181,7 +189,8 @@ def roll_out(chain, optimiser, gains, slopes, offsets, timing, task, tolerance, 
     m = 6 if task.orientation.shape[0] == 3 else 3
     rotation, translation, prismatic, lower, upper = chain
     position, orientation = task
-    rate, dt, ramp = timing
+    rate, dt, ramp, limit_rate = timing
+    share = min(1.0, limit_rate * dt)
     q = path[0].copy()
     trig, axes, tip = np.empty((2, n)), np.empty((n, 3)), np.empty((3, 3))
     J, dX, dq = np.empty((m, n)), np.empty(m), np.empty(n)
@@ -204,7 +213,7 @@ def roll_out(chain, optimiser, gains, slopes, offsets, timing, task, tolerance, 
             weigh_orientation(optimiser.radius, J, dX)
             change_of_posture(optimiser, J, dX, B, V, y, dq)
             factor = rate * dt * ramp_value(t, ramp)
-            apply_synergy(gains, slopes, offsets, factor, t, lower, upper, dq, q)
+            apply_synergy(gains, slopes, offsets, factor, t, lower, upper, share, dq, q)
     return frames, distance
 
 

@@ -1,0 +1,158 @@
+"""The motion controller: an iterative IK step, multiplied by a synergy.
+
+Aubry, Julliard, Gibet 2009, 3.1-3.2. One step: dX = X_d - H(theta);
+dtheta = lambda dt O(J, dX); theta' = theta + phi(t) (M dtheta), clamped to the joints' limits.
+lambda is a rate (1/s), so that a motion does not depend on the frame rate; the paper's scalar
+per frame is lambda dt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armsyn.errors import InputError
+from armsyn.ik import optimiser_settings
+from armsyn.kernels import rollout as kernels
+from armsyn.kernels.rollout import Synergies, Task, Timing
+from armsyn.kinematics import SerialChain
+
+FloatArray = NDArray[np.float64]
+
+RATES = {"svd": 6.0, "jt": 60.0, "njt": 3.0, "dls": 6.0}
+"""lambda of each optimiser, 1/s, large enough for the paper's bounds of the gains not to bind."""
+
+
+class RollOut(NamedTuple):
+    """A synthesized motion.
+
+    Attributes
+    ----------
+    time : array, shape (frames,)
+        Seconds from the start.
+    angles : array, shape (frames, n)
+        rad or m.
+    positions : array, shape (frames, n + 1, 3)
+        Of every joint and the tip, base frame, m.
+    distance : float
+        From the tip to the target at the last frame, m.
+    arrived : bool
+        Whether it stopped within the tolerance.
+    """
+
+    time: FloatArray
+    angles: FloatArray
+    positions: FloatArray
+    distance: float
+    arrived: bool
+
+
+@dataclass(frozen=True)
+class Controller:
+    """The controller of one chain with one optimiser.
+
+    Parameters
+    ----------
+    chain : SerialChain
+    optimiser : {"svd", "jt", "njt", "dls"}
+    rate : float or None
+        lambda, 1/s; the optimiser's own (`RATES`) when None.
+
+    Raises
+    ------
+    InputError
+        Unknown optimiser, or a rate that is no positive number.
+    """
+
+    chain: SerialChain
+    optimiser: str = "svd"
+    rate: float | None = None
+
+    def __post_init__(self) -> None:
+        optimiser_settings(self.optimiser)
+        if not (np.isfinite(self.lambda_) and self.lambda_ > 0):
+            raise InputError(f"lambda must be a positive rate in 1/s, got {self.rate}")
+
+    @property
+    def lambda_(self) -> float:
+        """lambda, 1/s."""
+        return RATES[self.optimiser] if self.rate is None else self.rate
+
+    def synthesize(
+        self,
+        start: ArrayLike,
+        target: ArrayLike,
+        synergy: Synergies,
+        *,
+        dt: float,
+        frames: int,
+        orientation: ArrayLike | None = None,
+        tolerance: float = -1.0,
+        time_scale: float = 1.0,
+        ramp: float = 0.0,
+        limit_rate: float = np.inf,
+    ) -> RollOut:
+        """Play one motion.
+
+        Parameters
+        ----------
+        start : array_like, shape (n,)
+            Initial posture, rad or m.
+        target : array_like, shape (3,)
+            Position of the hand, base frame, m.
+        synergy : Synergies
+            Of one lane.
+        dt : float
+            Time between frames, s.
+        frames : int
+            How many at most.
+        orientation : array_like, shape (3, 3), optional
+            Of the hand; without it the task is a position.
+        tolerance : float
+            Stop within this distance of the target, m (and rad); negative: play every frame.
+        time_scale : float
+            Slow the motion as a whole: lambda / kappa, s / kappa, ramp kappa.
+        ramp : float
+            phi is multiplied by a minimum-jerk rise of this duration (before scaling), s.
+        limit_rate : float
+            A joint nears a limit at most at this rate (before scaling) times its distance to
+            it, 1/s; infinite: joints are clamped at their limits.
+
+        Returns
+        -------
+        RollOut
+
+        Raises
+        ------
+        InputError
+            Wrong counts, or not finite.
+        """
+        position = np.asarray(target, dtype=np.float64)
+        if position.shape != (3,) or not np.isfinite(position).all():
+            raise InputError(f"a target is 3 finite numbers of metres, got {position.tolist()}")
+        wanted = np.empty((0, 0)) if orientation is None else np.array(orientation, dtype=float)
+        path = np.empty((frames, self.chain.dof))
+        path[0] = self.chain.checked_posture(start)
+        positions = np.empty((frames, self.chain.dof + 1, 3))
+        filled, distance = kernels.roll_out(
+            self.chain.arrays,
+            optimiser_settings(self.optimiser),
+            synergy.gains[0],
+            synergy.slopes[0] / time_scale,
+            synergy.offsets[0],
+            Timing(self.lambda_ / time_scale, dt, ramp * time_scale, limit_rate / time_scale),
+            Task(position, wanted),
+            tolerance,
+            path,
+            positions,
+        )
+        return RollOut(
+            np.arange(filled) * dt,
+            path[:filled],
+            positions[:filled],
+            distance,
+            0.0 <= distance <= tolerance,
+        )

@@ -1,0 +1,134 @@
+"""Captured reaches made ready for learning: on the arm's links, resampled, start fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.errors import CaptureError
+from armsyn.ik import fit_posture
+from armsyn.kernels.rollout import Captures
+from armsyn.motion.captures import Capture
+from armsyn.motion.resample import resample
+
+FloatArray = NDArray[np.float64]
+
+START_TOLERANCE_M = 0.03
+"""A start that the arm misses by more, on the mean over its landmarks, cannot be compared."""
+
+
+@dataclass(frozen=True)
+class Training:
+    """One captured reach as learning sees it.
+
+    Parameters
+    ----------
+    capture : Capture
+    time : array, shape (frames,)
+        s.
+    landmarks : array, shape (frames, landmarks, 3)
+        Where the arm's landmarks would be, base frame, m.
+    start : array, shape (n,)
+        Posture fitted to the first frame.
+    start_residual : float
+        Mean distance of its landmarks to the captured ones, m.
+    """
+
+    capture: Capture
+    time: FloatArray
+    landmarks: FloatArray
+    start: FloatArray
+    start_residual: float
+
+    @property
+    def target(self) -> FloatArray:
+        """Where the captured hand ends, m."""
+        return np.asarray(self.landmarks[-1, -1])
+
+
+def prepare(arm: ArmDescription, capture: Capture, rate_hz: float) -> Training:
+    """Put a capture on an arm.
+
+    Segments are rebuilt on the arm's link lengths along their captured directions, so that
+    another body's size is no error of the motion.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+        With the capture's landmarks.
+    capture : Capture
+    rate_hz : float
+        Frame rate to bring it to.
+
+    Returns
+    -------
+    Training
+
+    Raises
+    ------
+    CaptureError
+        Other landmarks than the arm's, gaps, or a start that the arm cannot take.
+    """
+    names = tuple(arm.landmarks)
+    motion = capture.motion
+    if motion.landmarks is None or motion.landmark_names != names:
+        raise CaptureError(
+            f"{capture.name} has landmarks {', '.join(motion.landmark_names)};"
+            f" {arm.name} has {', '.join(names)}"
+        )
+    if not np.isfinite(motion.landmarks).all():
+        frame = int(np.argmin(np.isfinite(motion.landmarks).all(axis=(1, 2))))
+        raise CaptureError(f"{capture.name}: a landmark is missing at frame {frame}")
+    moved = resample(motion, rate_hz)
+    assert moved.landmarks is not None
+    landmarks = rebuild_segments(moved.landmarks, segment_lengths(arm))
+    fit = fit_posture(arm.chain, arm.landmark_frames, landmarks[0], arm.rest)
+    if fit.residual > START_TOLERANCE_M:
+        raise CaptureError(
+            f"{capture.name}: {arm.name} misses its first posture by {fit.residual * 100:.1f} cm"
+        )
+    return Training(capture, moved.time, landmarks, fit.posture, fit.residual)
+
+
+def segment_lengths(arm: ArmDescription) -> FloatArray:
+    """Distances from each landmark of the arm to the next, shape (landmarks - 1,), m."""
+    points = arm.chain.forward(arm.rest).positions[list(arm.landmark_frames)]
+    return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
+
+
+def rebuild_segments(landmarks: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Keep every segment's direction, give it another length.
+
+    Parameters
+    ----------
+    landmarks : array, shape (frames, landmarks, 3)
+        m; the first landmark stays where it is.
+    lengths : array, shape (landmarks - 1,)
+        m.
+
+    Returns
+    -------
+    array, shape (frames, landmarks, 3)
+    """
+    segments = np.diff(landmarks, axis=1)
+    directions = segments / np.linalg.norm(segments, axis=2, keepdims=True)
+    rebuilt = np.cumsum(directions * lengths[:, None], axis=1)
+    return np.concatenate([landmarks[:, :1], landmarks[:, :1] + rebuilt], axis=1)
+
+
+def as_captures(arm: ArmDescription, trainings: list[Training]) -> Captures:
+    """Stack reaches for the kernels, padded with zeros to the longest."""
+    frames = np.array([training.time.size for training in trainings])
+    landmarks = np.zeros((len(trainings), frames.max(), len(arm.landmarks), 3))
+    for row, training in enumerate(trainings):
+        landmarks[row, : frames[row]] = training.landmarks
+    return Captures(
+        landmarks,
+        frames,
+        np.array(arm.landmark_frames),
+        np.array([training.start for training in trainings]),
+        np.array([training.target for training in trainings]),
+    )
