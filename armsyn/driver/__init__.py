@@ -1,6 +1,14 @@
 """Talking to an arm: bus, checks before torque, streaming, recording."""
 
 from armsyn.driver.recording import Ending, Recording
+from armsyn.driver.recording_files import check_recording_path, save_recording
 from armsyn.driver.session import ArmSession, clear_watchdogs
 
-__all__ = ["ArmSession", "Ending", "Recording", "clear_watchdogs"]
+__all__ = [
+    "ArmSession",
+    "Ending",
+    "Recording",
+    "check_recording_path",
+    "clear_watchdogs",
+    "save_recording",
+]
