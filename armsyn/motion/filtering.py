@@ -22,6 +22,10 @@ CUTOFF = 6.0
 LOWEST_RATE = 100.0
 """Hz; slower captures are interpolated to it before filtering, so that onset, offset and peak
 are not bound to a grid of 33 ms."""
+REST = 0.5
+"""Seconds that a hand is taken to rest, in its first and last posture, before and after its record.
+So a record that was cut while moving measures the same as one that goes on at rest, and appending
+rest changes nothing."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ class SpeedProfile:
     Parameters
     ----------
     time : array, shape (samples,)
-        Seconds, on the clock of the motion it comes from.
+        Seconds, on the clock of the motion it comes from, `REST` more on either side.
     positions : array, shape (samples, 3)
         Filtered positions, m.
     speed : array, shape (samples,)
@@ -116,7 +120,7 @@ def hand_speed(
     cutoff: float | None = CUTOFF,
     rate: float | None = None,
 ) -> SpeedProfile:
-    """Measure a hand's speed: to an even grid, filter, differentiate.
+    """Measure a hand's speed: to an even grid between two rests, filter, differentiate.
 
     Parameters
     ----------
@@ -132,14 +136,14 @@ def hand_speed(
     Returns
     -------
     SpeedProfile
-        Whole, from the first stamp to the last.
+        Whole, from `REST` before the first stamp to `REST` after the last.
 
     Raises
     ------
     InputError
         When positions and time do not fit, or the motion's own rate cannot carry the cut-off.
     CaptureError
-        When the positions have gaps, or there are fewer than three samples.
+        When the positions have gaps, or are too many to resample.
     """
     if time.ndim != 1 or time.size < 2 or positions.shape != (time.size, 3):
         raise InputError(f"positions of shape {positions.shape} do not fit {time.size} times")
@@ -150,9 +154,8 @@ def hand_speed(
             " lower the cut-off, or sample faster"
         )
     rate = max(own_rate, LOWEST_RATE) if rate is None else rate
-    grid = uniform_times(float(time[0]), float(time[-1]), rate)
-    if grid.size < 3:
-        raise CaptureError("a hand's speed needs three samples at least: the motion is too short")
+    before = round(REST * rate) / rate  # whole samples, so that the first stamp is one
+    grid = uniform_times(float(time[0]) - before, float(time[-1]) + before, rate)
     even = interpolate(time, positions, grid)
     if not np.isfinite(even).all():
         raise CaptureError("the hand's positions have gaps: cut or fill them first")

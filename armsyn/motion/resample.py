@@ -70,13 +70,13 @@ def uniform_times(start: float, stop: float, rate: float) -> FloatArray:
     if not (np.isfinite(rate) and rate > 0):
         raise InputError(f"cannot resample at {rate} Hz: give a positive rate")
     steps = (stop - start) * rate
-    if not 1 - 1e-9 <= steps < MAXIMUM_SAMPLES:
+    if not 1 - 1e-3 <= steps < MAXIMUM_SAMPLES:
         raise CaptureError(
             f"{stop - start:g} s at {rate:g} Hz are not between 2 and {MAXIMUM_SAMPLES} samples:"
             " choose another rate, or check the time stamps"
         )
-    # The tolerance keeps a last frame that rounding puts a hair beyond its own stamp.
-    return np.minimum(start + np.arange(int(steps + 1e-9) + 1) / rate, stop)
+    # A thousandth of a frame keeps a last frame that rounding puts a hair beyond its own stamp.
+    return np.minimum(start + np.arange(int(steps + 1e-3) + 1) / rate, stop)
 
 
 def at_times(motion: Motion, times: FloatArray) -> Motion:

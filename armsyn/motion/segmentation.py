@@ -47,3 +47,39 @@ def onset_and_offset(speed: FloatArray, fraction: float = CUT_FRACTION) -> tuple
     onset = int(before[-1]) + 1 if before.size else 0
     offset = int(after[0]) - 1 if after.size else speed.size - 1
     return onset, offset
+
+
+def movement_times(
+    time: FloatArray, speed: FloatArray, fraction: float = CUT_FRACTION
+) -> tuple[float, float]:
+    """Return when the speed crosses the fraction of its peak, between samples.
+
+    Parameters
+    ----------
+    time : array, shape (samples,)
+        Seconds.
+    speed : array, shape (samples,)
+        m/s.
+    fraction : float
+        As in `onset_and_offset`.
+
+    Returns
+    -------
+    onset, offset : float
+        Seconds, interpolated linearly: a motion does not change its length with its grid.
+
+    Raises
+    ------
+    InputError, CaptureError
+        As `onset_and_offset`.
+    """
+    onset, offset = onset_and_offset(speed, fraction)
+    level = fraction * float(speed.max())
+
+    def crossing(outside: int, inside: int) -> float:
+        if not 0 <= outside < speed.size:
+            return float(time[inside])
+        share = (level - speed[outside]) / (speed[inside] - speed[outside])
+        return float(time[outside] + share * (time[inside] - time[outside]))
+
+    return crossing(onset - 1, onset), crossing(offset + 1, offset)

@@ -20,8 +20,8 @@ from armsyn.scoring.profile import (
 )
 from armsyn.scoring.smoothness import log_dimensionless_jerk, spectral_arc_length
 
-SHORTEST_MOVEMENT = 8
-"""Samples, 80 ms at 100 Hz: below it no measure of a movement's shape means anything."""
+FEWEST_FRAMES = 5
+"""Between onset and offset: below it no measure of a movement's shape means anything."""
 
 
 @dataclass(frozen=True)
@@ -94,22 +94,21 @@ def movement(
     Returns
     -------
     SpeedProfile
-        From the first to the last sample at or above the fraction.
+        From the first to the last sample at or above the fraction; up to `REST` beyond a record
+        that was cut while moving.
 
     Raises
     ------
     InputError
         When the input does not fit, or its rate cannot carry the filter.
     CaptureError
-        When there are gaps, nothing moves, or the movement is shorter than 8 samples.
+        When there are gaps, nothing moves, or the movement has fewer than 5 frames.
     """
     whole = hand_speed(time, positions, cutoff=cutoff, rate=rate)
     onset, offset = onset_and_offset(whole.speed, fraction)
-    if offset - onset + 1 < SHORTEST_MOVEMENT:
-        raise CaptureError(
-            f"the hand moves for {offset - onset + 1} samples at {whole.rate:g} Hz only:"
-            f" a movement has {SHORTEST_MOVEMENT} at least"
-        )
+    frames = int(((time >= whole.time[onset]) & (time <= whole.time[offset])).sum())
+    if frames < FEWEST_FRAMES:
+        raise CaptureError(f"the hand moves for {frames} frames only: {FEWEST_FRAMES} are needed")
     kept = slice(onset, offset + 1)
     return dataclasses.replace(
         whole, time=whole.time[kept], positions=whole.positions[kept], speed=whole.speed[kept]

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from armsyn.errors import CaptureError, InputError
-from armsyn.motion.segmentation import onset_and_offset
+from armsyn.motion.segmentation import movement_times, onset_and_offset
 
 PHASE = np.linspace(0, 1, 100_001)
 SPEED = 30 * PHASE**2 * (1 - PHASE) ** 2
@@ -61,3 +61,14 @@ def test_refusals() -> None:
         onset_and_offset(np.array([]))
     with pytest.raises(InputError, match="fraction"):
         onset_and_offset(np.ones(5), 1.0)
+
+
+@pytest.mark.parametrize("step", [500, 1000, 2000])
+def test_times_between_samples_do_not_depend_on_the_grid(step: int) -> None:
+    onset, offset = movement_times(PHASE[::step], SPEED[::step])
+    assert offset - onset == pytest.approx(0.88113, abs=0.0015)
+    assert onset + offset == pytest.approx(1, abs=1e-9)
+
+
+def test_times_of_a_profile_that_never_rests_are_its_ends() -> None:
+    assert movement_times(np.arange(3.0), np.array([1.0, 2.0, 1.5])) == (0.0, 2.0)

@@ -1,0 +1,227 @@
+"""Everything that a score says about one motion against a captured one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from armsyn.motion import FloatArray, Motion
+from armsyn.motion.filtering import CUTOFF
+from armsyn.motion.segmentation import CUT_FRACTION
+from armsyn.scoring.distance import (
+    coverage,
+    distance_per_arm_length,
+    held_distance,
+    mean_distance,
+    normalised_distance,
+)
+from armsyn.scoring.measures import ProfileMeasures, measure, normalised_speed
+from armsyn.scoring.pairing import Pair, Trimmed, pair_up, trim
+from armsyn.scoring.posture import angles_between, swivel_angles, swivel_differences
+from armsyn.scoring.profile import correlation
+
+LEAST_COVERAGE = 0.95
+TARGET_MISSED = 0.05
+"""m. On HuG-MP repeats of one target end 2-3 cm apart (median; 95 % below 5.5 cm for S01), the
+nearest two targets 7.4 and 11.3 cm."""
+
+
+@dataclass(frozen=True)
+class PostureErrors:
+    """How differently two arms are held over normalised time; NaN where it cannot be said.
+
+    Parameters
+    ----------
+    upper_arm, forearm : float
+        Mean angle between the segments' directions, rad.
+    swivel : float
+        Mean absolute difference of the swivel angles, rad.
+    swivel_end : float
+        The other's minus the captured one's at the last moment both have one, rad.
+    swivel_samples : int
+        Of 101, how many have a swivel in both: a straight arm has none.
+    """
+
+    upper_arm: float
+    forearm: float
+    swivel: float
+    swivel_end: float
+    swivel_samples: int
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The score of one motion against a captured one, metres and seconds.
+
+    Parameters
+    ----------
+    captured_source, other_source : str
+        Where they come from.
+    landmarks, left_out : tuple of str
+        Compared, and found in only one of them.
+    paper_rate, rate : float
+        Hz at which the paper's distance, and everything else, was taken.
+    paper_distance, coverage : float
+        Of the whole motions, to the end of the shorter; shorter over longer duration.
+    refusal : str or None
+        Why the paper's distance is no verdict here; None when it is.
+    held_distance : float
+        The headline.
+    normalised_distance, log_time_ratio : float
+        Over normalised time; ln(other's movement time / captured one's).
+    per_arm_length : float
+        Held distance over the landmarks that move, in arm lengths; NaN for a hand alone.
+    posture : PostureErrors or None
+        None without landmarks named shoulder and elbow.
+    endpoint_error : float
+        Between the hands' positions in the last frames, unscaled.
+    captured_profile, other_profile : ProfileMeasures
+        Of the hands, with filter and cut.
+    speed_r : float
+        Correlation of the hands' speeds over normalised time.
+    """
+
+    captured_source: str
+    other_source: str
+    landmarks: tuple[str, ...]
+    left_out: tuple[str, ...]
+    paper_rate: float
+    rate: float
+    paper_distance: float
+    coverage: float
+    refusal: str | None
+    held_distance: float
+    normalised_distance: float
+    log_time_ratio: float
+    per_arm_length: float
+    posture: PostureErrors | None
+    endpoint_error: float
+    captured_profile: ProfileMeasures
+    other_profile: ProfileMeasures
+    speed_r: float
+
+
+def compare(
+    captured: Motion,
+    other: Motion,
+    *,
+    cutoff: float | None = CUTOFF,
+    fraction: float = CUT_FRACTION,
+) -> Comparison:
+    """Score a motion against a captured one.
+
+    Parameters
+    ----------
+    captured, other : Motion
+        With landmarks, in one frame; each one movement.
+    cutoff : float or None
+        Hz, of the low-pass before speeds are taken, the same for both.
+    fraction : float
+        Of the peak speed, at onset and offset.
+
+    Returns
+    -------
+    Comparison
+        With rate, filter, cut and landmarks stated.
+
+    Raises
+    ------
+    FormatError
+        When one of them has angles only.
+    InputError, CaptureError
+        When one of them has gaps, does not move, or is too short or too slow for the filter.
+    """
+    pair = pair_up(captured, other)
+    trimmed = trim(pair, cutoff=cutoff, fraction=fraction)
+    endpoint_error = float(
+        np.linalg.norm(pair.other.landmarks[-1, -1] - pair.captured.landmarks[-1, -1])
+    )
+    profiles = [
+        measure(motion, cutoff=cutoff, fraction=fraction, rate=trimmed.rate)
+        for motion in (captured, other)
+    ]
+    speeds = [
+        normalised_speed(m.time, m.hand, cutoff=cutoff, fraction=fraction, rate=trimmed.rate)
+        for m in (captured, other)
+    ]
+    return Comparison(
+        captured_source=captured.source,
+        other_source=other.source,
+        landmarks=pair.names,
+        left_out=pair.left_out,
+        paper_rate=pair.rate,
+        rate=trimmed.rate,
+        paper_distance=mean_distance(pair.captured.evenly(pair.rate), pair.other.evenly(pair.rate)),
+        coverage=coverage(pair),
+        refusal=refusal_of_paper_distance(coverage(pair), endpoint_error),
+        held_distance=held_distance(trimmed),
+        normalised_distance=normalised_distance(trimmed),
+        log_time_ratio=math.log(trimmed.other.duration / trimmed.captured.duration),
+        per_arm_length=distance_per_arm_length(trimmed),
+        posture=posture_errors(pair, trimmed),
+        endpoint_error=endpoint_error,
+        captured_profile=profiles[0],
+        other_profile=profiles[1],
+        speed_r=correlation(*speeds),
+    )
+
+
+def refusal_of_paper_distance(covered: float, endpoint_error: float) -> str | None:
+    """Say why the paper's distance is no verdict: it can be had by stopping early.
+
+    Parameters
+    ----------
+    covered : float
+        Shorter over longer duration.
+    endpoint_error : float
+        m.
+
+    Returns
+    -------
+    str or None
+        One line, or None when nothing speaks against it.
+    """
+    if covered < LEAST_COVERAGE:
+        return f"only {covered:.0%} of the longer motion is compared"
+    if endpoint_error > TARGET_MISSED:
+        return f"the target is missed by {100 * endpoint_error:.1f} cm"
+    return None
+
+
+def posture_errors(pair: Pair, trimmed: Trimmed) -> PostureErrors | None:
+    """Compare directions of upper arm and forearm, and the swivel, over normalised time.
+
+    Parameters
+    ----------
+    pair : Pair
+        For the landmarks' names: shoulder, elbow, and wrist (else the end effector stands for it).
+    trimmed : Trimmed
+        Both motions from onset to offset.
+
+    Returns
+    -------
+    PostureErrors or None
+        None without landmarks named shoulder and elbow.
+    """
+    if not {"shoulder", "elbow"} <= set(pair.names[:-1]):
+        return None
+    last = pair.names.index("wrist") if "wrist" in pair.names else -1
+    places = [pair.names.index("shoulder"), pair.names.index("elbow"), last]
+    first, second = (
+        part.normalised[:, places].swapaxes(0, 1) for part in (trimmed.captured, trimmed.other)
+    )
+    difference = swivel_differences(swivel_angles(*first), swivel_angles(*second))
+    known = difference[np.isfinite(difference)]
+    return PostureErrors(
+        upper_arm=_direction_error(first[1] - first[0], second[1] - second[0]),
+        forearm=_direction_error(first[2] - first[1], second[2] - second[1]),
+        swivel=float(np.abs(known).mean()) if known.size else float("nan"),
+        swivel_end=float(known[-1]) if known.size else float("nan"),
+        swivel_samples=int(known.size),
+    )
+
+
+def _direction_error(first: FloatArray, second: FloatArray) -> float:
+    return float(angles_between(first, second).mean())

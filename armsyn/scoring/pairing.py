@@ -1,0 +1,175 @@
+"""Two motions brought to the same landmarks and cut to their movements, for every distance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from armsyn.errors import CaptureError, FormatError
+from armsyn.motion import FloatArray, Motion
+from armsyn.motion.filtering import CUTOFF, LOWEST_RATE, hand_speed
+from armsyn.motion.resample import interpolate, uniform_times
+from armsyn.motion.segmentation import CUT_FRACTION, movement_times
+
+
+class Track(NamedTuple):
+    """Landmarks without gaps, sampled in time."""
+
+    time: FloatArray
+    """Shape (frames,), s."""
+    landmarks: FloatArray
+    """Shape (frames, landmarks, 3), m, the end effector last."""
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last."""
+        return float(self.time[-1] - self.time[0])
+
+    def evenly(self, rate: float) -> FloatArray:
+        """Return the landmarks at a rate (Hz), shape (samples, landmarks, 3), m."""
+        times = uniform_times(float(self.time[0]), float(self.time[-1]), rate)
+        return interpolate(self.time, self.landmarks, times)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A captured motion and the one that is compared with it.
+
+    Parameters
+    ----------
+    captured, other : Track
+        The same landmarks in the same order. Positions are taken as they are given: no alignment,
+        no scaling.
+    names : tuple of str
+        The landmarks, by the captured motion's names.
+    left_out : tuple of str
+        Landmarks that only one of them has.
+    rate : float
+        The higher of their mean rates, Hz.
+    """
+
+    captured: Track
+    other: Track
+    names: tuple[str, ...]
+    left_out: tuple[str, ...]
+    rate: float
+
+
+def pair_up(captured: Motion, other: Motion) -> Pair:
+    """Match the landmarks of two motions by name; their end effectors match each other.
+
+    Parameters
+    ----------
+    captured, other : Motion
+        With landmarks, in one frame.
+
+    Returns
+    -------
+    Pair
+        With what was left out.
+
+    Raises
+    ------
+    FormatError
+        When one of them has angles only.
+    CaptureError
+        When a landmark that is compared has gaps.
+    """
+    first, second = captured.landmark_names, other.landmark_names
+    common = [name for name in first[:-1] if name in second[:-1]]
+    tracks = _track(captured, common), _track(other, common)
+    return Pair(
+        *tracks,
+        names=(*common, first[-1]),
+        left_out=tuple(name for name in (*first[:-1], *second[:-1]) if name not in common),
+        rate=max(captured.rate, other.rate),
+    )
+
+
+def _track(motion: Motion, names: list[str]) -> Track:
+    """Keep some landmarks and the end effector, in this order, and check them for gaps."""
+    if motion.landmarks is None:
+        raise FormatError(
+            f"{motion.source or 'motion'}: only joint angles: scores compare landmark positions;"
+            " add NAME:x_m, NAME:y_m, NAME:z_m by the arm's forward kinematics"
+        )
+    kept = (*names, motion.landmark_names[-1])
+    landmarks = motion.landmarks[:, [motion.landmark_names.index(name) for name in kept]]
+    gaps = np.argwhere(~np.isfinite(landmarks).all(axis=2))
+    if gaps.size:
+        frame, place = (int(index) for index in gaps[0])
+        raise CaptureError(
+            f"{motion.source or 'motion'}: landmark '{kept[place]}' has a gap at frame {frame}:"
+            " cut the motion or fill it"
+        )
+    return Track(motion.time, landmarks)
+
+
+class Movement(NamedTuple):
+    """One motion from onset to offset."""
+
+    landmarks: FloatArray
+    """Shape (frames, landmarks, 3), m, evenly spaced at the rate of `Trimmed`."""
+    normalised: FloatArray
+    """Shape (101, landmarks, 3), m, evenly spaced from onset to offset."""
+    duration: float
+    """Movement time, s."""
+
+
+@dataclass(frozen=True)
+class Trimmed:
+    """Both motions of a pair from onset to offset.
+
+    Parameters
+    ----------
+    captured, other : Movement
+        Their numbers of frames differ.
+    rate : float
+        Hz.
+    """
+
+    captured: Movement
+    other: Movement
+    rate: float
+
+
+def trim(pair: Pair, *, cutoff: float | None = CUTOFF, fraction: float = CUT_FRACTION) -> Trimmed:
+    """Cut both motions to onset and offset, found in the filtered speed of their hands.
+
+    Both ends are found between samples, so that the grid does not move them; the positions
+    themselves are not filtered.
+
+    Parameters
+    ----------
+    pair : Pair
+        The two motions.
+    cutoff : float or None
+        Hz, of the low-pass before speeds are taken.
+    fraction : float
+        Of the peak speed.
+
+    Returns
+    -------
+    Trimmed
+        At the pair's rate, 100 Hz at least.
+
+    Raises
+    ------
+    InputError, CaptureError
+        As `armsyn.motion.filtering.hand_speed` and `movement_times`.
+    """
+    rate = max(pair.rate, LOWEST_RATE)
+
+    def moving(track: Track) -> Movement:
+        profile = hand_speed(track.time, track.landmarks[:, -1], cutoff=cutoff, rate=rate)
+        onset, offset = movement_times(profile.time, profile.speed, fraction)
+        even, moments = uniform_times(onset, offset, rate), np.linspace(onset, offset, 101)
+        return Movement(
+            interpolate(track.time, track.landmarks, even),
+            interpolate(track.time, track.landmarks, moments),
+            offset - onset,
+        )
+
+    return Trimmed(moving(pair.captured), moving(pair.other), rate)
