@@ -71,10 +71,10 @@ class SimulatorStartError(SimulatorError):
     ----------
     message : str
         One line.
-    exit_status_seen : int or None
-        Its exit status, if it has ended.
+    exit_status_seen : int
+        Its exit status; negative when it had to be killed.
     """
 
-    def __init__(self, message: str, exit_status_seen: int | None) -> None:
+    def __init__(self, message: str, exit_status_seen: int) -> None:
         super().__init__(message)
         self.exit_status_seen = exit_status_seen

@@ -52,7 +52,7 @@ class PtyPort:
 
     def _make_link(self, link: Path) -> None:
         try:
-            if link.is_symlink() and not link.exists() and _names_a_pty(link):
+            if link.is_symlink() and self._is_stale(str(link.readlink())):
                 link.unlink()
             link.symlink_to(self.name)
         except FileExistsError:
@@ -64,6 +64,11 @@ class PtyPort:
                 f"{link} cannot be made ({error.strerror}): give another --link", str(link)
             ) from error
         self.link = link
+
+    def _is_stale(self, target: str) -> bool:
+        """Return whether a link leads to a pseudo-terminal that is gone, or is ours by now."""
+        is_pty = target.startswith("/dev/pts/")
+        return is_pty and (target == self.name or not Path(target).exists())
 
     @property
     def baud_rate(self) -> int:
@@ -96,7 +101,3 @@ class PtyPort:
             if descriptor >= 0:
                 os.close(descriptor)
         self.master = self._slave = -1
-
-
-def _names_a_pty(link: Path) -> bool:
-    return str(link.readlink()).startswith("/dev/pts/")

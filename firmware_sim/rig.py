@@ -225,7 +225,7 @@ def find_arm(name: str, calibration: Path | None) -> Path:
     RigError
         If there is none, or the name is a path.
     """
-    if Path(name).name != name or name.startswith("."):
+    if not name or Path(name).name != name or name.startswith("."):
         raise RigError(f"--arm {name!r} is a path, not a name: use --rig for a file")
     folders = [calibration] if calibration is not None else _calibration_folders()
     for folder in folders:

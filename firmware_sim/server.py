@@ -6,6 +6,7 @@ clock.
 
 from __future__ import annotations
 
+import gc
 import os
 import select
 import signal
@@ -53,6 +54,7 @@ class Server:
     def run(self) -> None:
         """Serve until SIGINT, SIGTERM, or the end of the watched standard input."""
         _sharpen_timer()
+        gc.freeze()  # what start-up made need not be looked at again in the middle of an answer
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._stop)
         signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)

@@ -34,6 +34,8 @@ def find_model(name: str) -> ServoModel:
     """
     lower = name.lower()
     if lower not in MODEL_NAMES:
-        raise RigError(f"unknown servo model {name!r}: use one of {', '.join(MODEL_NAMES)}")
+        raise RigError(
+            f"unknown servo model {name!r}: use one of {', '.join(MODEL_NAMES)}", field="model"
+        )
     model: ServoModel = import_module(f"firmware_sim.tables.{lower.replace('-', '_')}").MODEL
     return model

@@ -1,0 +1,180 @@
+"""The command ``firmware-sim`` as a process: its port, its link, its end, and bad input."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import serial
+
+from firmware_sim.errors import SimulatorStartError
+from firmware_sim.packet import build_packet
+from firmware_sim.testing import SimulatorProcess, running
+
+COMMAND = [sys.executable, "-m", "firmware_sim"]
+PING = build_packet(1, 0x01)
+
+
+def ping(port: str, baud: int = 57_600) -> bytes:
+    with serial.Serial(port, baud, timeout=2.0) as client:
+        client.write(PING)
+        return client.read(14)
+
+
+def refused(*arguments: str) -> str:
+    """Run the command with bad input; return its one line."""
+    done = subprocess.run(
+        [*COMMAND, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=20,
+        check=False,
+        stdin=subprocess.DEVNULL,
+    )
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("firmware-sim: ")
+    assert done.stderr.count("\n") == 1
+    return done.stderr
+
+
+def test_the_first_line_is_the_port_and_a_client_can_open_it_again_and_again() -> None:
+    with running("xm430-w350:1") as port:
+        assert port.startswith("/dev/pts/")
+        for _ in range(3):
+            assert ping(port)[:5] == b"\xff\xff\xfd\x00\x01"
+    assert not Path(port).exists()
+
+
+def test_it_says_that_it_is_a_simulation_and_ends_with_standard_input() -> None:
+    done = subprocess.run(
+        [*COMMAND, "--servo", "xm430-w350:1", "xl330-m288:2", "--exit-with-stdin"],
+        capture_output=True,
+        text=True,
+        timeout=20,
+        check=False,
+        stdin=subprocess.DEVNULL,
+    )
+    assert (done.returncode, done.stdout.count("\n")) == (0, 1)
+    assert done.stderr == "firmware-sim: a simulation, no hardware: xm430-w350:1, xl330-m288:2\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_cleanly_and_removes_the_link(tmp_path: Path, number: int) -> None:
+    link = tmp_path / "arm"
+    simulator = SimulatorProcess("--servo", "xm430-w350:1", "--link", str(link))
+    try:
+        assert link.is_symlink()
+        assert os.path.realpath(link) == simulator.port
+        assert ping(str(link))
+        simulator.process.send_signal(number)
+        assert simulator.process.wait(10) == 0
+    finally:
+        simulator.stop()
+    assert not os.path.lexists(link)
+
+
+def test_a_taken_link_is_refused_and_left_alone(tmp_path: Path) -> None:
+    taken = tmp_path / "taken"
+    taken.write_text("mine")
+    dangling = tmp_path / "dangling"
+    dangling.symlink_to(tmp_path / "nowhere")
+    for path in (taken, dangling):
+        assert f"{path} exists already" in refused("--servo", "xm430-w350:1", "--link", str(path))
+    assert taken.read_text() == "mine"
+    assert dangling.readlink() == tmp_path / "nowhere"
+    assert "cannot be made" in refused(
+        "--servo", "xm430-w350:1", "--link", str(tmp_path / "no" / "folder")
+    )
+
+
+def test_a_link_left_by_a_killed_simulator_is_replaced(tmp_path: Path) -> None:
+    link = tmp_path / "arm"
+    first = SimulatorProcess("--servo", "xm430-w350:1", "--link", str(link))
+    first.process.kill()
+    first.process.wait(10)
+    assert link.is_symlink()
+    first.stop()
+    with running("xm430-w350:1", arguments=("--link", str(link))) as port:
+        assert os.path.realpath(link) == port
+    assert not os.path.lexists(link)
+
+
+def test_another_simulators_link_is_left_alone(tmp_path: Path) -> None:
+    link = tmp_path / "arm"
+    with running("xm430-w350:1", arguments=("--link", str(link))) as port:
+        refused("--servo", "xm430-w350:1", "--link", str(link))
+        assert os.path.realpath(link) == port
+        assert ping(str(link))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ((), "one of the arguments --arm --rig --servo is required"),
+        (("--servo", "xm999:1"), "unknown servo model 'xm999'"),
+        (("--servo", "xm430-w350:253"), "IDs go from 0 to 252"),
+        (("--servo", "xm430-w350:1", "xl330-m288:1"), "ID 1 is given twice"),
+        (("--servo", "xm430-w350:1", "--baud", "12345"), "baud = 12345 is none of"),
+        (("--servo", "xl330-m288:1", "--baud", "4500000"), "baud = 4500000 is none of"),
+        (("--servo", "xm430-w350:1", "--return-delay", "255"), "is not 0 to 254"),
+        (("--servo", "xm430-w350:1", "--speed", "3"), "unrecognized arguments"),
+        (("--rig", "no-such.toml"), "no-such.toml cannot be read"),
+        (("--arm", "nobody"), "no arm 'nobody'"),
+        (("--arm", "a", "--rig", "b"), "not allowed with argument"),
+    ],
+)
+def test_bad_input_is_one_line_and_creates_nothing(
+    tmp_path: Path, arguments: tuple[str, ...], says: str
+) -> None:
+    link = tmp_path / "arm"
+    assert says in refused(*arguments, "--link", str(link))
+    assert not os.path.lexists(link)
+
+
+def test_an_arms_description_and_overrides(tmp_path: Path) -> None:
+    (tmp_path / "thing.toml").write_text('[[servo]]\nid = 1\nmodel = "xl330-m288"\n')
+    arguments = ("--arm", "thing", "--calibration", str(tmp_path), "--baud", "4000000")
+    with running(arguments=arguments) as port:
+        assert ping(port, 4_000_000)[9:11] == bytes((1200 & 0xFF, 1200 >> 8))
+
+
+@pytest.mark.parametrize("client", [57_600, 1_000_000, 4_000_000])
+def test_the_clients_baud_rate_counts(client: int) -> None:
+    with (
+        running("xm430-w350:1", arguments=("--baud", "4000000")) as port,
+        serial.Serial(port, client, timeout=2.0) as line,
+    ):
+        line.write(PING)
+        answer = line.read(14 if client == 4_000_000 else 1)
+        assert answer.startswith(b"\xff\xff\xfd\x00\x01") == (client == 4_000_000)
+
+
+def test_a_rate_without_a_name_is_understood() -> None:
+    with running("xm430-w350:1", arguments=("--baud", "4500000")) as port:
+        assert ping(port, 4_500_000)[4] == 1
+
+
+def test_help_says_what_is_not_modelled() -> None:
+    done = subprocess.run(
+        [*COMMAND, "--help"], capture_output=True, text=True, timeout=20, check=True
+    )
+    assert "--servo MODEL:ID" in done.stdout
+    assert "What is not modelled:" in done.stdout
+
+
+def test_a_simulator_that_cannot_start_says_so() -> None:
+    with pytest.raises(SimulatorStartError) as caught:
+        SimulatorProcess("--servo", "nothing:1")
+    assert caught.value.exit_status_seen == 2
+
+
+def test_a_client_that_never_reads_does_not_stop_it() -> None:
+    with running("xm430-w350:1", arguments=("--baud", "4000000", "--return-delay", "0")) as port:
+        with serial.Serial(port, 4_000_000, timeout=2.0) as deaf:
+            read = build_packet(1, 0x02, bytes((0, 0, 0, 2)))
+            for _ in range(100):
+                deaf.write(read)
+        assert ping(port, 4_000_000)[4] == 1

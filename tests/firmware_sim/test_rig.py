@@ -1,0 +1,147 @@
+"""Which servos a rig file, an arm's description or a command line asks for."""
+
+from pathlib import Path
+
+import pytest
+
+from firmware_sim.errors import RigError
+from firmware_sim.rig import check_ids, find_arm, parse_servo, read_rig
+
+FULL = """
+name = "an arm's own fields are none of the simulator's business"
+
+[[servo]]
+joint = "shoulder_flexion"
+id = 1
+model = "xm540-w270"
+direction = 1
+zero_tick = 2048
+rest_tick = 2100
+baud = 1000000
+return_delay_us = 0
+drive_mode = 4
+supply_voltage = 12.5
+
+[[servo]]
+id = 2
+model = "xm430-w350"
+rest_tick = 1000
+start_tick = 900
+"""
+
+
+def rig_file(folder: Path, text: str) -> Path:
+    path = folder / "rig.toml"
+    path.write_text(text)
+    return path
+
+
+def test_reads_every_field(tmp_path: Path) -> None:
+    first, second = read_rig(rig_file(tmp_path, FULL))
+    assert (first.model.name, first.servo_id, first.start_tick) == ("xm540-w270", 1, 2100)
+    assert (first.baud_code, first.return_delay, first.drive_mode) == (3, 0, 4)
+    assert first.supply_voltage == 12.5
+    assert (second.start_tick, second.baud_code, second.return_delay) == (900, 1, 250)
+    servo = first.build(0.0)
+    assert (servo.baud_rate, servo.return_delay, servo.memory.value("Drive Mode")) == (
+        1_000_000,
+        0.0,
+        4,
+    )
+    servo.read(132, 4)
+    assert servo.memory.value("Present Position") == 2100
+
+
+SERVO = '[[servo]]\nid = 1\nmodel = "xm430-w350"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "table", "field", "says"),
+    [
+        ("", 0, "servo", "no [[servo]] table"),
+        ("servo = 3", 0, "servo", "no [[servo]] table"),
+        ("servo = [3]", 1, "", "is not a table"),
+        ("[[servo]\n", 0, "", "is not TOML"),
+        (SERVO + "speed = 3", 1, "speed", "unknown field 'speed'"),
+        ('[[servo]]\nmodel = "xm430-w350"', 1, "id", "needs the field 'id'"),
+        ("[[servo]]\nid = 1", 1, "model", "needs the field 'model'"),
+        (SERVO + SERVO.replace("= 1", "= 253"), 2, "id", "id = 253"),
+        (SERVO.replace("= 1", "= true"), 1, "id", "id = True"),
+        (SERVO.replace("= 1", '= "1"'), 1, "id", "id = '1'"),
+        (SERVO.replace("xm430", "xm999"), 1, "model", "unknown servo model 'xm999-w350'"),
+        (SERVO + "baud = 12345", 1, "baud", "none of xm430-w350's 9600"),
+        (SERVO + "drive_mode = 2", 1, "drive_mode", "not simulated"),
+        (SERVO + "rest_tick = 4096", 1, "rest_tick", "0 to 4095"),
+        (SERVO + "return_delay_us = 510", 1, "return_delay_us", "0 to 508"),
+        (SERVO + "supply_voltage = nan", 1, "supply_voltage", "not a number of volts"),
+        (SERVO + "supply_voltage = -12", 1, "supply_voltage", "not a number of volts"),
+        (SERVO + 'supply_voltage = "12"', 1, "supply_voltage", "not a number of volts"),
+    ],
+)
+def test_refuses_with_file_table_and_field(
+    tmp_path: Path, text: str, table: int, field: str, says: str
+) -> None:
+    path = rig_file(tmp_path, text)
+    with pytest.raises(RigError) as caught:
+        read_rig(path)
+    error = caught.value
+    assert (error.file, error.table, error.field) == (str(path), table, field)
+    assert says in str(error)
+    assert str(path) in str(error)
+    assert "\n" not in str(error)
+
+
+def test_refuses_files_that_are_not_there_not_text_or_far_too_large(tmp_path: Path) -> None:
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    (tmp_path / "large.toml").write_text("#" * 1_000_001)
+    for name, says in (
+        ("none.toml", "cannot be read"),
+        ("binary.toml", "is not TOML"),
+        ("large.toml", "larger than"),
+    ):
+        with pytest.raises(RigError, match=says):
+            read_rig(tmp_path / name)
+    with pytest.raises(RigError, match="cannot be read"):
+        read_rig(tmp_path)
+
+
+@pytest.mark.parametrize("text", ["xm430-w350", "xm430-w350:", "xm430-w350:x", "xm430-w350:-1", ""])
+def test_a_servo_is_written_as_model_and_id(text: str) -> None:
+    with pytest.raises(RigError, match="MODEL:ID"):
+        parse_servo(text)
+
+
+def test_a_servo_on_the_command_line() -> None:
+    servo = parse_servo("XM430-W350:252")
+    assert (servo.model.name, servo.servo_id) == ("xm430-w350", 252)
+    with pytest.raises(RigError, match="0 to 252"):
+        parse_servo("xm430-w350:253")
+    with pytest.raises(RigError, match="unknown servo model"):
+        parse_servo("ax-12a:1")
+
+
+def test_duplicate_ids_are_refused() -> None:
+    with pytest.raises(RigError, match="ID 3 is given twice"):
+        check_ids([parse_servo("xm430-w350:3"), parse_servo("xl330-m288:3")])
+
+
+def test_an_arm_is_looked_for_in_the_documented_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder in ("given", "environment", "work/calibration"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "thing.toml").write_text(SERVO)
+    monkeypatch.chdir(tmp_path / "work")
+    monkeypatch.delenv("ARMSYN_CALIBRATION", raising=False)
+    assert find_arm("thing", None) == Path("calibration/thing.toml")
+    monkeypatch.setenv("ARMSYN_CALIBRATION", str(tmp_path / "environment"))
+    assert find_arm("thing", None) == tmp_path / "environment" / "thing.toml"
+    assert find_arm("thing", tmp_path / "given") == tmp_path / "given" / "thing.toml"
+    with pytest.raises(RigError, match="no arm 'other'"):
+        find_arm("other", tmp_path / "given")
+
+
+@pytest.mark.parametrize("name", ["../thing", "/etc/passwd", ".hidden", "", "a/b"])
+def test_an_arms_name_is_no_path(tmp_path: Path, name: str) -> None:
+    with pytest.raises(RigError, match="is a path, not a name"):
+        find_arm(name, tmp_path)
