@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -178,3 +179,19 @@ def test_a_client_that_never_reads_does_not_stop_it() -> None:
             for _ in range(100):
                 deaf.write(read)
         assert ping(port, 4_000_000)[4] == 1
+
+
+def test_a_killed_parent_leaves_nothing_behind(tmp_path: Path) -> None:
+    link = tmp_path / "arm"
+    program = (
+        "import os, signal\n"
+        "from firmware_sim.testing import SimulatorProcess\n"
+        f"SimulatorProcess('--servo', 'xm430-w350:1', '--link', {str(link)!r})\n"
+        "os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], timeout=20, check=False)
+    assert done.returncode == -signal.SIGKILL
+    deadline = time.monotonic() + 10.0
+    while os.path.lexists(link):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
