@@ -8,7 +8,6 @@ monotonic clock. The transactions that the driver itself uses are in `armsyn.dri
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 
 from dynamixel_sdk.port_handler import PortHandler
@@ -79,7 +78,7 @@ class BusPort(PortHandler):  # type: ignore[misc]  # the SDK has no types
         """Up to `length` bytes, waiting for the first until the packet's time-out."""
         if not self.ser.in_waiting:
             left = self.packet_timeout - self.getTimeSinceStart()
-            self.serial_port.wait(time.monotonic() + left * 1e-3)
+            self.serial_port.wait(self.serial_port.now() + left * 1e-3)
         return bytes(self.ser.read(length))
 
     def writePort(self, packet: Sequence[int]) -> int:
@@ -93,4 +92,4 @@ class BusPort(PortHandler):  # type: ignore[misc]  # the SDK has no types
 
     def getCurrentTime(self) -> float:
         """Milliseconds of the monotonic clock."""
-        return time.monotonic() * 1e3
+        return self.serial_port.now() * 1e3

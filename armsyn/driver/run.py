@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.driver import power
+from armsyn.driver.clock import Clock
 from armsyn.driver.facts import ServoFacts, check_facts, read_facts
 from armsyn.driver.joints import JointGroup
 from armsyn.driver.log import StreamLog
@@ -42,6 +43,8 @@ class ArmRun:
     stops : StopRequests
     trajectory : Motion
         Checked.
+    clock : Clock
+        That the stream runs on.
     park : Motion or None
         Checked; streamed after the trajectory, then the torque goes off.
     on_tick : callable or None
@@ -64,6 +67,7 @@ class ArmRun:
         *,
         stops: StopRequests,
         trajectory: Motion,
+        clock: Clock,
         park: Motion | None = None,
         on_tick: OnTick | None = None,
     ) -> None:
@@ -73,6 +77,7 @@ class ArmRun:
         self.rate_hz = rate_hz
         self.stops = stops
         self.trajectory = trajectory
+        self.clock = clock
         self.park = park
         self.on_tick = on_tick
         self.ending = Ending.FAULT
@@ -147,6 +152,7 @@ class ArmRun:
             commanded=self.arm.calibration.to_radians(goals),
             log=StreamLog(int(longest * self.rate_hz) + 1, len(goals)),
             stops=self.stops,
+            clock=self.clock,
             on_tick=self.on_tick,
         )
 

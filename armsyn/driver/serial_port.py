@@ -69,6 +69,10 @@ class SerialPort:
         """Bits a second."""
         return int(self.serial.baudrate)
 
+    def now(self) -> float:
+        """Seconds on the monotonic clock, on which deadlines are."""
+        return time.monotonic()
+
     def set_baud(self, baud: int) -> None:
         """Change the baud rate; PortError when the adapter refuses it."""
         try:
@@ -104,7 +108,7 @@ class SerialPort:
         Parameters
         ----------
         deadline : float
-            On ``time.monotonic()``, s; in the past: do not wait.
+            On the port's clock (`now`), s; in the past: do not wait.
 
         Returns
         -------

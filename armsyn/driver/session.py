@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.driver import power
+from armsyn.driver.clock import Clock, MonotonicClock
 from armsyn.driver.collector import collector_frozen
 from armsyn.driver.facts import check_facts, check_models, read_facts
 from armsyn.driver.joints import JointGroup
@@ -62,11 +63,14 @@ class ArmSession:
         ``session.stops.request()`` asks a run to stop, as SIGINT does.
     """
 
-    def __init__(self, bus: Bus, arm: ArmDescription, rate_hz: float, *, simulated: bool) -> None:
+    def __init__(
+        self, bus: Bus, arm: ArmDescription, rate_hz: float, *, simulated: bool, clock: Clock
+    ) -> None:
         self.bus = bus
         self.arm = arm
         self.rate_hz = rate_hz
         self.simulated = simulated
+        self.clock = clock
         self.recording: Recording | None = None
         self.fault: BaseException | None = None
         self.stops = StopRequests()
@@ -111,20 +115,41 @@ class ArmSession:
         BusError
             Lost replies.
         """
-        if not arm.servo:
-            raise DescriptionError(f"{arm.name} has no servos: it is a model only")
-        for servo in arm.servo:
-            servo_model(servo.model)
+        _check_description(arm)
         bus = Bus(port, arm.servo[0].baud)
         try:
-            check_models(bus, arm)
-            facts = read_facts(bus, arm)
-            check_facts(facts)
-            check_rate(rate_hz, bus.baudrate, [servo.return_delay for servo in facts])
-            return cls(bus, arm, rate_hz, simulated=simulated)
+            return cls.attach(bus, arm, rate_hz, simulated=simulated)
         except BaseException:
             bus.close()
             raise
+
+    @classmethod
+    def attach(
+        cls,
+        bus: Bus,
+        arm: ArmDescription,
+        rate_hz: float,
+        *,
+        simulated: bool = False,
+        clock: Clock | None = None,
+    ) -> Self:
+        """Check the arm on a bus that is open already; as `open`, which see.
+
+        Parameters
+        ----------
+        bus : Bus
+            The session closes it.
+        arm, rate_hz, simulated
+            As `open`.
+        clock : Clock, optional
+            That the stream runs on; the system's monotonic clock by default.
+        """
+        _check_description(arm)
+        check_models(bus, arm)
+        facts = read_facts(bus, arm)
+        check_facts(facts)
+        check_rate(rate_hz, bus.baudrate, [servo.return_delay for servo in facts])
+        return cls(bus, arm, rate_hz, simulated=simulated, clock=clock or MonotonicClock())
 
     def __enter__(self) -> Self:
         return self
@@ -188,6 +213,7 @@ class ArmSession:
                 stops=self.stops,
                 trajectory=trajectory,
                 park=park,
+                clock=self.clock,
                 on_tick=on_tick,
             )
             try:
@@ -211,6 +237,13 @@ class ArmSession:
             command_success_rate=streamer.watch.success_rate,
             ending=run.ending,
         )
+
+
+def _check_description(arm: ArmDescription) -> None:
+    if not arm.servo:
+        raise DescriptionError(f"{arm.name} has no servos: it is a model only")
+    for servo in arm.servo:
+        servo_model(servo.model)
 
 
 def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:

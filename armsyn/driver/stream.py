@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.driver.clock import Clock, MonotonicClock
+from armsyn.driver.clock import Clock
 from armsyn.driver.joints import Health, JointState
 from armsyn.driver.log import StreamLog
 from armsyn.driver.path import Path, PathTime
@@ -100,7 +100,7 @@ class Streamer:
     commanded: FloatArray
     log: StreamLog
     stops: StopRequests
-    clock: Clock = field(default_factory=MonotonicClock)
+    clock: Clock
     on_tick: OnTick | None = None
     ticks: int = 0
     missed_ticks: int = 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -131,7 +130,7 @@ class Bus(BusPort):
         )
         self._send(protocol.ping(protocol.BROADCAST_ID), _PING_SIZE)
         pending = _Pending(set(range(everyone)), _PING_SIZE)
-        self._collect(pending, time.monotonic() + window + self.margin)
+        self._collect(pending, self.serial_port.now() + window + self.margin)
         found = sorted(pending.replies.items())
         return {i: int.from_bytes(r.parameters[:2], "little") for i, r in found}
 
@@ -205,7 +204,7 @@ class Bus(BusPort):
         duration = wire_time(len(request) + back, self.baudrate) + delay
         pending = _Pending(set(servo_ids), size)
         allowed = self.margin if margin is None else margin
-        self._collect(pending, time.monotonic() + duration + allowed)
+        self._collect(pending, self.serial_port.now() + duration + allowed)
         self.counters.timeouts += bool(pending.ids)
         return pending.replies
 
@@ -231,7 +230,7 @@ class Bus(BusPort):
         for _ in range(attempts):
             self._send(request, size)
             pending = _Pending({servo_id}, size)
-            self._collect(pending, time.monotonic() + duration + self.margin)
+            self._collect(pending, self.serial_port.now() + duration + self.margin)
             if reply := pending.replies.get(servo_id):
                 _check_status(reply, self.port_name)
                 return reply
@@ -268,10 +267,10 @@ class Bus(BusPort):
                     self.counters.unexpected += 1
 
     def _drain(self) -> None:
-        end = time.monotonic() + LONGEST_DRAIN
-        while data := self.serial_port.read(min(end, time.monotonic() + QUIET)):
+        end = self.serial_port.now() + LONGEST_DRAIN
+        while data := self.serial_port.read(min(end, self.serial_port.now() + QUIET)):
             self.counters.drained_bytes += len(data)
-            if time.monotonic() > end:
+            if self.serial_port.now() > end:
                 break
         self._parser.reset()
         self._late_replies_possible = False

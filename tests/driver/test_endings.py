@@ -1,0 +1,281 @@
+"""How every ending leaves the arm: torque, motion and watchdog, on a stepped clock."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from armsyn.arm import ArmDescription
+from armsyn.driver import Ending
+from armsyn.driver.power import WATCHDOG_UNITS
+from armsyn.errors import (
+    ArmFaultError,
+    ArmsynError,
+    BusTimeoutError,
+    FollowingError,
+    HardwareFaultError,
+    LimitError,
+    PortLostError,
+)
+from firmware_sim.codes import HardwareError
+from tests.driver.stepped import SteppedArm, without
+
+ON, OFF = [1] * 7, [0] * 7
+ARMED, DISARMED, EXPIRED = [WATCHDOG_UNITS] * 7, [0] * 7, [255] * 7
+SMALL = (0.3, 0.0, 0.0, 0.4)
+LARGE = (0.6, 0.3, -0.6, 0.9)
+
+
+def fault_at(stepped: SteppedArm, kind: type[ArmsynError]) -> ArmsynError:
+    """Run a large motion that must end in a fault of one kind."""
+    session = stepped.session()
+    with pytest.raises(kind) as caught:
+        session.run(stepped.way(*LARGE))
+    assert session.fault is caught.value
+    assert session.recording is not None
+    assert session.recording.ending is Ending.FAULT
+    with pytest.raises(ArmFaultError, match="ended with a fault"):  # latched
+        session.run(stepped.way(*LARGE))
+    return caught.value
+
+
+def goals_after(stepped: SteppedArm, seconds: float) -> list[int]:
+    stepped.clock.advance(seconds)
+    return stepped.value("Goal Position")
+
+
+def test_success_holds_at_the_target(stepped: SteppedArm) -> None:
+    way = stepped.way(*LARGE)
+    recording = stepped.session().run(way)
+    assert recording.ending is Ending.COMPLETED
+    assert stepped.torque() == ON
+    assert stepped.value("Bus Watchdog") == DISARMED
+    assert np.abs(stepped.positions() - way.angles[-1]).max() < 0.005
+    assert recording.command_success_rate == 1.0
+    assert recording.missed_ticks == 0
+    stepped.clock.advance(5.0)  # nothing feeds a watchdog any more, and nothing needs it
+    assert stepped.value("Bus Watchdog") == DISARMED
+
+
+def test_parking_lets_go_at_the_end(stepped: SteppedArm) -> None:
+    out = stepped.way(*SMALL)
+    back = type(out)(time=out.time, joint_names=out.joint_names, angles=out.angles[::-1])
+    recording = stepped.session().run(out, park=back)
+    assert recording.ending is Ending.PARKED
+    assert stepped.torque() == OFF
+    assert stepped.value("Bus Watchdog") == DISARMED
+    assert np.abs(stepped.positions() - stepped.description.rest).max() < 0.005
+
+
+def test_torque_comes_on_without_a_jerk(stepped: SteppedArm) -> None:
+    for servo in stepped.servos:
+        servo.memory.store("Goal Position", 2600)  # stale goals
+    session = stepped.session()
+    where = stepped.positions()
+    seen = []
+    session.run(stepped.way(*SMALL), on_tick=lambda *_: seen.append(stepped.positions()))
+    assert np.abs(seen[0] - where).max() < 0.01
+
+
+def test_first_request_decelerates_and_parks(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    stepped.at(0.3, session.stops.request)
+    recording = session.run(stepped.way(*LARGE))
+    assert recording.ending is Ending.STOPPED_PARKED
+    assert recording.events[0][1] == "asked to stop: decelerating"
+    assert np.abs(stepped.positions() - stepped.description.rest).max() < 0.005
+    assert stepped.torque() == ON
+    assert stepped.value("Bus Watchdog") == DISARMED
+    limit = stepped.description.max_acceleration
+    speed = np.diff(recording.commanded_rad, axis=0) * 200.0
+    assert (np.abs(np.diff(speed, axis=0) * 200.0).max(axis=0) <= 1.1 * limit).all()
+
+
+def test_first_request_far_from_rest_holds(human7: ArmDescription) -> None:
+    slow = replace(human7, joint=tuple(replace(j, max_velocity=0.4) for j in human7.joint))
+    stepped = SteppedArm(slow)
+    session = stepped.session()
+    way = stepped.way(1.0)
+    assert way.duration > 4.5
+    stepped.at(4.0, session.stops.request)  # the way back takes longer than three seconds
+    recording = session.run(way)
+    assert recording.ending is Ending.STOPPED_HOLDING
+    assert stepped.torque() == ON
+    assert stepped.value("Bus Watchdog") == DISARMED
+    still = recording.commanded_rad[-1]
+    assert np.abs(stepped.positions() - still).max() < 0.005
+    assert 0.5 < still[0] - slow.rest[0] < 1.0
+
+
+def test_second_request_holds_at_once(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    stepped.at(0.30, session.stops.request)
+    stepped.at(0.35, session.stops.request)
+    recording = session.run(stepped.way(*LARGE))
+    assert recording.ending is Ending.ABORTED
+    assert stepped.torque() == ON
+    assert stepped.value("Bus Watchdog") == ARMED
+    goals = stepped.value("Goal Position")
+    assert goals == stepped.description.calibration.to_ticks(recording.commanded_rad[-1]).tolist()
+    with pytest.raises(ArmFaultError, match="second request"):
+        session.run(stepped.way(*LARGE))
+    assert goals_after(stepped, 1.0) == goals
+    assert stepped.value("Bus Watchdog") == EXPIRED
+
+
+def test_second_request_while_parking_holds_at_once(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    stepped.at(0.3, session.stops.request)
+    stepped.at(0.9, session.stops.request)
+    recording = session.run(stepped.way(*LARGE))
+    assert recording.ending is Ending.ABORTED
+    assert recording.events[1][1] == "moving to the rest posture"
+
+
+def test_a_hardware_error_stops_all_joints(stepped: SteppedArm) -> None:
+    stepped.at(0.3, lambda: stepped.servos[2].raise_hardware_error(HardwareError.OVERLOAD))
+    error = fault_at(stepped, HardwareFaultError)
+    assert isinstance(error, HardwareFaultError)
+    assert error.servo_id == 3
+    assert "servo 3 (shoulder_rotation) reports a hardware error: overload" in str(error)
+    assert stepped.torque() == [1, 1, 0, 1, 1, 1, 1]  # what the fault left; the others hold
+    assert stepped.value("Bus Watchdog") == ARMED
+    assert goals_after(stepped, 0.1) == goals_after(stepped, 0.1)
+
+
+def test_the_hardware_error_is_in_the_record(stepped: SteppedArm) -> None:
+    stepped.at(0.3, lambda: stepped.servos[2].raise_hardware_error(HardwareError.OVERHEATING))
+    session = stepped.session()
+    with pytest.raises(HardwareFaultError, match="overheating"):
+        session.run(stepped.way(*LARGE))
+    assert session.recording is not None
+    assert session.recording.hardware_error[-1].tolist() == [0, 0, 4, 0, 0, 0, 0]
+    assert "held: " in session.recording.events[-1][1]
+
+
+def test_a_servo_that_restarts_is_a_fault(stepped: SteppedArm) -> None:
+    stepped.at(0.3, stepped.servos[4].reboot)
+    error = fault_at(stepped, ArmFaultError)
+    assert "servo 5 (forearm_pronation)" in str(error)
+
+
+def test_torque_switched_off_by_another_is_a_fault(stepped: SteppedArm) -> None:
+    stepped.at(0.2, lambda: stepped.servos[6].write(64, b"\x00"))
+    assert "servo 7 (wrist_deviation) has lost its torque" in str(
+        fault_at(stepped, HardwareFaultError)
+    )
+
+
+def test_a_silent_servo_stops_the_others(stepped: SteppedArm) -> None:
+    stepped.at(0.3, lambda: setattr(stepped, "damage", without(4)))
+    error = fault_at(stepped, BusTimeoutError)
+    assert isinstance(error, BusTimeoutError)
+    assert error.servo_ids == (4,)
+    assert "servo 4 (elbow_flexion) has been silent" in str(error)
+    assert stepped.value("Bus Watchdog") == ARMED
+
+
+def test_a_few_lost_replies_are_no_fault(stepped: SteppedArm) -> None:
+    count = iter(range(10**6))
+    lose = without(2)
+    stepped.damage = lambda data: lose(data) if next(count) % 97 == 0 else data
+    recording = stepped.session().run(stepped.way(*LARGE))
+    assert recording.ending is Ending.COMPLETED
+    assert recording.stale.any()
+    motion = recording.measured_motion(stepped.description)
+    assert np.isfinite(motion.angles).all()
+
+
+def test_a_lost_port_ends_the_run(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    stepped.at(0.3, stepped.bus.serial_port.close)
+    with pytest.raises(PortLostError):
+        session.run(stepped.way(*LARGE))
+    assert stepped.torque() == ON
+    stepped.clock.advance(1.0)
+    assert stepped.value("Bus Watchdog") == EXPIRED  # nobody else is left to stop the arm
+
+
+def test_a_held_joint_gives_way(stepped: SteppedArm) -> None:
+    stepped.at(0.2, lambda: stepped.servos[3].apply_load(30.0))
+    error = fault_at(stepped, FollowingError)
+    assert isinstance(error, FollowingError)
+    assert error.joint == "elbow_flexion"
+    goal = stepped.description.calibration.to_radians(stepped.value("Goal Position"))[3]
+    assert abs(goal - stepped.positions()[3]) < 0.2
+
+
+def test_a_host_that_stalls_past_the_watchdog_holds(stepped: SteppedArm) -> None:
+    stepped.at(0.3, lambda: stepped.clock.advance(0.5))
+    assert "the host stalled for 0.5" in str(fault_at(stepped, ArmFaultError))
+
+
+def test_a_short_stall_starts_from_rest_again(stepped: SteppedArm) -> None:
+    stepped.at(0.3, lambda: stepped.clock.advance(0.1))
+    recording = stepped.session().run(stepped.way(*LARGE))
+    assert recording.ending is Ending.COMPLETED
+    assert recording.missed_ticks in (19, 20)
+    assert any("starting from rest" in text for _, text in recording.events)
+    steps = np.abs(np.diff(recording.commanded_rad, axis=0))
+    assert (steps <= stepped.description.max_velocity / 200.0 * 1.05).all()  # never a jump
+
+
+@pytest.mark.parametrize("wrong", ["start", "nan", "limit", "speed", "joints"])
+def test_a_refused_trajectory_changes_nothing(stepped: SteppedArm, wrong: str) -> None:
+    way = stepped.way(*LARGE)
+    angles, names, time = way.angles.copy(), way.joint_names, way.time
+    if wrong == "start":
+        angles += 0.2
+    elif wrong == "nan":
+        angles[40, 2] = np.nan
+    elif wrong == "limit":
+        angles[:, 3] *= 10.0
+    elif wrong == "speed":
+        time = time / 2
+    else:
+        names = names[::-1]
+    bad = type(way)(time=time, joint_names=names, angles=angles)
+    session = stepped.session()
+    sent = len(stepped.bus.serial_port.written)
+    with pytest.raises(ArmsynError) as caught:
+        session.run(bad)
+    assert caught.value.exit_status in (2, 4)
+    assert stepped.torque() == OFF
+    assert session.fault is None
+    instructions = [p[7] for p in stepped.bus.serial_port.written[sent:]]
+    assert set(instructions) <= {0x82}  # read only
+    session.run(way)  # the session is as good as before
+
+
+def test_a_goal_the_servo_would_refuse_is_not_sent(stepped: SteppedArm) -> None:
+    stepped.servos[3].write(48, (2500).to_bytes(4, "little"))  # Max Position Limit
+    session = stepped.session()
+    with pytest.raises(LimitError, match=r"servo 4 \(elbow_flexion\) would be sent to tick"):
+        session.run(stepped.way(*LARGE))
+    assert stepped.torque() == OFF
+
+
+def test_a_servo_without_torque_is_found_before_motion(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    deaf = stepped.servos[5]
+    original = deaf.write
+    deaf.write = lambda address, data: original(address, b"\x00" if address == 64 else data)
+    for servo in stepped.servos:
+        servo.memory.store("Profile Velocity", 100)
+    with pytest.raises(HardwareFaultError, match=r"servo 6 .* does not take 1 as its Torque"):
+        session.run(stepped.way(*LARGE))
+    assert stepped.torque() == OFF
+    assert stepped.value("Bus Watchdog") == DISARMED
+    assert stepped.value("Profile Velocity") == [100] * 7
+    assert session.fault is None
+
+
+def test_an_arm_that_holds_itself_is_not_dropped(stepped: SteppedArm) -> None:
+    first = stepped.session()
+    first.run(stepped.way(*SMALL))
+    states = []
+    second = stepped.session()
+    back = stepped.way(*SMALL)
+    reverse = type(back)(time=back.time, joint_names=back.joint_names, angles=back.angles[::-1])
+    recording = second.run(reverse, on_tick=lambda *_: states.append(stepped.torque()))
+    assert recording.ending is Ending.COMPLETED
+    assert all(state == ON for state in states)

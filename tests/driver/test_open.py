@@ -1,0 +1,136 @@
+"""What opening a session finds out before anything is written to the servos."""
+
+from collections.abc import Callable
+
+import pytest
+from msgspec.structs import replace
+
+from armsyn.arm import ArmDescription
+from armsyn.driver import ArmSession
+from armsyn.errors import (
+    ArmsynError,
+    BusRateError,
+    DescriptionError,
+    HardwareFaultError,
+    PortError,
+    ServoMismatchError,
+    ServoMissingError,
+)
+from firmware_sim.codes import HardwareError
+from firmware_sim.servo import Servo
+from tests.driver.stepped import SteppedArm, without
+
+
+def written(stepped: SteppedArm) -> set[int]:
+    """Instructions of everything that was sent."""
+    return {packet[7] for packet in stepped.bus.serial_port.written}
+
+
+def test_opening_only_reads(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    assert session.read_posture() == pytest.approx(stepped.description.rest, abs=1.6e-3)
+    assert written(stepped) == {0x01, 0x82}  # ping, sync read
+    assert stepped.torque() == [0] * 7
+
+
+def test_missing_servos_are_all_named(stepped: SteppedArm) -> None:
+    lost = [without(2), without(6)]
+    stepped.damage = lambda data: lost[1](lost[0](data))
+    with pytest.raises(ServoMissingError) as caught:
+        stepped.session()
+    assert caught.value.servo_ids == (2, 6)
+    message = str(caught.value)
+    assert "servo 2 (shoulder_abduction), 6 (wrist_flexion) of human7" in message
+    assert "answering: 1 (xm540-w270), 3 (xm540-w270)" in message
+    assert caught.value.exit_status == 3
+
+
+def test_nobody_there(stepped: SteppedArm) -> None:
+    stepped.damage = lambda _: b""
+    with pytest.raises(ServoMissingError, match=r"at 1000000 baud \(answering: none\)"):
+        stepped.session()
+
+
+def test_another_model(human7: ArmDescription) -> None:
+    servos = [replace(s, model="xm430-w350") if s.id == 2 else s for s in human7.servo]
+    stepped = SteppedArm(replace(human7, servo=tuple(servos)))
+    stepped.description = human7
+    with pytest.raises(ServoMismatchError) as caught:
+        stepped.session()
+    assert "servo 2 (shoulder_abduction)" in str(caught.value)
+    assert "is a xm430-w350, human7 has a xm540-w270 there" in str(caught.value)
+
+
+def store(register: str, value: int) -> Callable[[Servo], None]:
+    return lambda servo: servo.memory.store(register, value)
+
+
+CASES: list[tuple[Callable[[Servo], None], type[ArmsynError], str]] = [
+    (store("Operating Mode", 1), ServoMismatchError, "operating mode 1: write 3"),
+    (store("Drive Mode", 8), ServoMismatchError, "clear bit 3 of register 10"),
+    (store("Homing Offset", 1025), ServoMismatchError, "homing offset of 1025"),
+    (
+        lambda servo: servo.raise_hardware_error(HardwareError.MOTOR_ENCODER),
+        HardwareFaultError,
+        "hardware error: encoder",
+    ),
+    (store("Bus Watchdog", 255), HardwareFaultError, "write 0 to register 98"),
+]
+
+
+@pytest.mark.parametrize(("spoil", "kind", "text"), CASES, ids=[case[2][:18] for case in CASES])
+def test_servos_that_must_not_be_moved(
+    stepped: SteppedArm, spoil: Callable[[Servo], None], kind: type[ArmsynError], text: str
+) -> None:
+    spoil(stepped.servos[3])
+    with pytest.raises(kind) as caught:
+        stepped.session()
+    assert "servo 4 (elbow_flexion)" in str(caught.value)
+    assert text in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert written(stepped) == {0x01, 0x82}
+
+
+def test_the_time_based_profile_is_accepted(stepped: SteppedArm) -> None:
+    for servo in stepped.servos:
+        servo.memory.store("Drive Mode", 4)
+        servo.memory.store("Profile Velocity", 2000)  # two seconds for each goal
+    recording = stepped.session().run(stepped.way(0.3, 0, 0, 0.4))
+    assert recording.tracking_rms() < 0.1
+
+
+def test_servos_that_answer_only_pings(stepped: SteppedArm) -> None:
+    for servo in stepped.servos:
+        servo.write(68, b"\x00")
+    with pytest.raises(ServoMismatchError, match=r"Status Return Level \(register 68\)"):
+        stepped.session()
+
+
+def test_status_return_level_1_is_enough(stepped: SteppedArm) -> None:
+    for servo in stepped.servos:
+        servo.write(68, b"\x01")
+    stepped.session().run(stepped.way(0.2))
+
+
+def test_the_factory_return_delay_is_refused(human7: ArmDescription) -> None:
+    stepped = SteppedArm(human7, return_delay=250)
+    with pytest.raises(BusRateError, match=r"3\.50 ms of return delay"):
+        stepped.session()
+    assert stepped.torque() == [0] * 7
+    stepped.session(rate=100.0)
+
+
+def test_an_arm_without_servos(human7: ArmDescription) -> None:
+    with pytest.raises(DescriptionError, match="model only"):
+        ArmSession.open("/nowhere", replace(human7, servo=()), 200.0)
+
+
+def test_an_unknown_model(human7: ArmDescription) -> None:
+    servo = tuple(replace(s, model="ax-12a") for s in human7.servo)
+    with pytest.raises(DescriptionError, match="'ax-12a' is not one the driver knows"):
+        ArmSession.open("/nowhere", replace(human7, servo=servo), 200.0)
+
+
+def test_a_port_that_does_not_exist(human7: ArmDescription) -> None:
+    with pytest.raises(PortError, match="/nowhere does not exist"):
+        ArmSession.open("/nowhere", human7, 200.0)
