@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -135,17 +136,9 @@ def compare(
     """
     pair = pair_up(captured, other)
     trimmed = trim(pair, cutoff=cutoff, fraction=fraction)
-    endpoint_error = float(
-        np.linalg.norm(pair.other.landmarks[-1, -1] - pair.captured.landmarks[-1, -1])
-    )
-    profiles = [
-        measure(motion, cutoff=cutoff, fraction=fraction, rate=trimmed.rate)
-        for motion in (captured, other)
-    ]
-    speeds = [
-        normalised_speed(m.time, m.hand, cutoff=cutoff, fraction=fraction, rate=trimmed.rate)
-        for m in (captured, other)
-    ]
+    how = _How(cutoff, fraction, trimmed.rate)
+    ends = pair.captured.landmarks[-1, -1], pair.other.landmarks[-1, -1]
+    endpoint_error = float(np.linalg.norm(ends[1] - ends[0]))
     return Comparison(
         captured_source=captured.source,
         other_source=other.source,
@@ -162,10 +155,24 @@ def compare(
         per_arm_length=distance_per_arm_length(trimmed),
         posture=posture_errors(pair, trimmed),
         endpoint_error=endpoint_error,
-        captured_profile=profiles[0],
-        other_profile=profiles[1],
-        speed_r=correlation(*speeds),
+        captured_profile=how.measures(captured),
+        other_profile=how.measures(other),
+        speed_r=correlation(how.speed(captured), how.speed(other)),
     )
+
+
+class _How(NamedTuple):
+    """One way of measuring, for both hands."""
+
+    cutoff: float | None
+    fraction: float
+    rate: float
+
+    def measures(self, motion: Motion) -> ProfileMeasures:
+        return measure(motion, **self._asdict())
+
+    def speed(self, motion: Motion) -> FloatArray:
+        return normalised_speed(motion.time, motion.hand, **self._asdict())
 
 
 def refusal_of_paper_distance(covered: float, endpoint_error: float) -> str | None:
