@@ -34,6 +34,7 @@ class StopRequests:
         self.count += 1
 
     def __enter__(self) -> Self:
+        self.count = 0
         if threading.current_thread() is threading.main_thread():
             for number in SIGNALS:
                 self._previous[number] = signal.signal(number, self._on_signal)

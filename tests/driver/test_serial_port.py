@@ -1,0 +1,130 @@
+"""Opening ports: each way to fail has its own message, and a port is one program's alone."""
+
+import contextlib
+import errno
+import os
+import subprocess
+import sys
+import tty
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import serial
+
+from armsyn.driver.port_lock import PortLock
+from armsyn.driver.serial_port import SerialPort
+from armsyn.errors import PortError, PortLostError
+
+
+@pytest.fixture
+def terminal() -> Iterator[tuple[int, str]]:
+    """A pseudo-terminal: its master and the port's path."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    yield master, os.ttyname(slave)
+    for descriptor in (master, slave):
+        with contextlib.suppress(OSError):  # the test has closed it
+            os.close(descriptor)
+
+
+def test_bytes_go_both_ways(terminal: tuple[int, str]) -> None:
+    master, path = terminal
+    port = SerialPort(path, 1_000_000)
+    assert port.baud == 1_000_000
+    port.write(b"out")
+    assert os.read(master, 10) == b"out"
+    os.write(master, b"in")
+    assert port.read(port.now() + 5.0) == b"in"
+    assert port.read(port.now()) == b""
+    port.close()
+    port.close()
+    assert not port.is_open
+
+
+def test_unusual_baud_rates(terminal: tuple[int, str]) -> None:
+    port = SerialPort(terminal[1], 57_600)
+    port.set_baud(1_234_567)
+    assert port.baud == 1_234_567
+    with pytest.raises(PortError, match="does not take -1 baud"):
+        port.set_baud(-1)
+    port.close()
+
+
+def test_no_such_port() -> None:
+    with pytest.raises(PortError, match="/dev/nothing does not exist: plug"):
+        SerialPort("/dev/nothing", 1_000_000)
+
+
+def test_no_permission(terminal: tuple[int, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    # made up, for the user who runs the tests may be allowed everything
+    def refuse(*_: object, **__: object) -> None:
+        raise serial.SerialException(errno.EACCES, "could not open port")
+
+    monkeypatch.setattr(serial, "Serial", refuse)
+    with pytest.raises(PortError, match="may not be opened by this user: join the group"):
+        SerialPort(terminal[1], 1_000_000)
+    monkeypatch.undo()
+    SerialPort(terminal[1], 1_000_000).close()  # its lock was given back
+
+
+def test_a_file_is_no_serial_port(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("")
+    with pytest.raises(PortError, match="cannot be used as a serial port"):
+        SerialPort(str(file), 1_000_000)
+
+
+def test_a_port_that_is_ours_already(terminal: tuple[int, str], tmp_path: Path) -> None:
+    link = tmp_path / "link"
+    link.symlink_to(terminal[1])
+    port = SerialPort(terminal[1], 1_000_000)
+    with pytest.raises(PortError, match=f"is taken by process {os.getpid()}: end it first"):
+        SerialPort(str(link), 1_000_000)
+    port.close()
+    SerialPort(str(link), 1_000_000).close()
+
+
+def test_a_port_that_a_stranger_has_locked(terminal: tuple[int, str]) -> None:
+    stranger = serial.Serial(terminal[1], 57_600, exclusive=True)
+    with pytest.raises(PortError, match="taken by another program"):
+        SerialPort(terminal[1], 1_000_000)
+    stranger.close()
+
+
+HOLDER = """
+import sys
+from armsyn.driver.port_lock import PortLock
+lock = PortLock(sys.argv[1])
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_another_process_and_its_death(tmp_path: Path) -> None:
+    port = str(tmp_path / "port")
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDER, port], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as holder:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == b"held\n"
+        with pytest.raises(PortError, match=f"taken by process {holder.pid}"):
+            PortLock(port)
+        holder.kill()
+        holder.wait()
+        lock = PortLock(port)  # the dead hold nothing
+    assert lock.path.exists()
+    lock.release()
+    lock.release()
+    assert not lock.path.exists()
+
+
+def test_a_port_that_hangs_up(terminal: tuple[int, str]) -> None:
+    master, path = terminal
+    port = SerialPort(path, 1_000_000)
+    os.close(master)
+    with pytest.raises(PortLostError, match="lost while in use"):
+        port.read(port.now() + 5.0)
+    with pytest.raises(PortLostError):
+        port.write(b"x")
+    port.close()
