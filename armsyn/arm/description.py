@@ -21,7 +21,6 @@ Triple = tuple[float, float, float]
 Positive = Annotated[float, msgspec.Meta(gt=0)]
 Tick = Annotated[int, msgspec.Meta(ge=-(2**31), lt=2**31)]
 
-SCHEMA = "armsyn-arm-1"
 MAXIMUM_BYTES = 1_000_000
 TIP = "tip"
 
@@ -115,6 +114,8 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         the hand last.
     servo : tuple of ServoDescription
         One a joint, in the joints' order; empty for an arm that exists as a model only.
+    facing : float
+        Direction the arm reaches in, as an angle from x about z, rad.
     """
 
     schema: Literal["armsyn-arm-1"]
@@ -124,6 +125,7 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
     tip: TipDescription
     landmarks: dict[str, str]
     servo: tuple[ServoDescription, ...] = ()
+    facing: float = 0.0
 
     @cached_property
     def chain(self) -> SerialChain:
@@ -260,7 +262,7 @@ def _check_servos(arm: ArmDescription) -> None:
         raise InputError(f"servos move {joints}, the joints are {arm.joint_names}: one each")
     if len({servo.baud for servo in arm.servo}) > 1:
         raise InputError("servos of one bus must share one baud rate")
-    for joint, servo in zip(arm.joint, arm.servo, strict=True):
+    for joint in arm.joint:
         if joint.kind != "revolute":
             raise InputError(f"joint {joint.name}: only revolute joints can have a servo")
     rest_ticks = arm.calibration.to_ticks(arm.rest)

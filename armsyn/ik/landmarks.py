@@ -56,7 +56,7 @@ def fit_posture(
     InputError
         Wrong shapes, or not finite.
     """
-    from scipy.optimize import least_squares  # only learning fits postures
+    from scipy.optimize import least_squares  # noqa: PLC0415  heavy, only learning needs it
 
     wanted = np.asarray(landmarks, dtype=np.float64)
     if wanted.shape != (len(rows), 3) or not np.isfinite(wanted).all():

@@ -12,12 +12,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from armsyn.kernels.compiling import kernel
 from armsyn.kernels.trigonometry import sines_and_cosines
-
-FloatArray = NDArray[np.float64]
+from armsyn.kernels.types import BoolArray, FloatArray
 
 
 class ChainArrays(NamedTuple):
@@ -37,13 +35,22 @@ class ChainArrays(NamedTuple):
 
     rotation: FloatArray
     translation: FloatArray
-    prismatic: NDArray[np.bool_]
+    prismatic: BoolArray
     lower: FloatArray
     upper: FloatArray
 
 
 @kernel
-def forward(rotation, translation, prismatic, q, trig, origins, axes, tip):  # type: ignore[no-untyped-def]
+def forward(
+    rotation: FloatArray,
+    translation: FloatArray,
+    prismatic: BoolArray,
+    q: FloatArray,
+    trig: FloatArray,
+    origins: FloatArray,
+    axes: FloatArray,
+    tip: FloatArray,
+) -> None:
     """Forward kinematics of posture q, shape (n,).
 
     Fills `origins`, shape (n + 1, 3), positions of every joint and the tip, m; `axes`, shape
@@ -117,7 +124,7 @@ def forward(rotation, translation, prismatic, q, trig, origins, axes, tip):  # t
 
 
 @kernel
-def jacobian(prismatic, origins, axes, J):  # type: ignore[no-untyped-def]
+def jacobian(prismatic: BoolArray, origins: FloatArray, axes: FloatArray, J: FloatArray) -> None:
     """Fill the geometric Jacobian of the tip, shape (3, n) or (6, n): m/rad, then rad/rad."""
     m, n = J.shape
     ex = origins[n, 0]
@@ -146,7 +153,7 @@ def jacobian(prismatic, origins, axes, J):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def positions_along(chain, path):  # type: ignore[no-untyped-def]
+def positions_along(chain: ChainArrays, path: FloatArray) -> FloatArray:
     """Positions of all joints and the tip along `path`, (frames, n) to (frames, n + 1, 3), m."""
     frames, n = path.shape
     positions = np.empty((frames, n + 1, 3))
@@ -168,7 +175,7 @@ def positions_along(chain, path):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def jacobian_at(chain, q, J):  # type: ignore[no-untyped-def]
+def jacobian_at(chain: ChainArrays, q: FloatArray, J: FloatArray) -> None:
     """Fill the geometric Jacobian of the tip at posture q, shape (3, n) or (6, n)."""
     n = q.shape[0]
     origins = np.empty((n + 1, 3))

@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 
 from armsyn.kernels.compiling import kernel
+from armsyn.kernels.types import FloatArray
 
 
 @kernel
-def gram(J, B):  # type: ignore[no-untyped-def]
+def gram(J: FloatArray, B: FloatArray) -> None:
     """Fill B = J J^T, shape (m, m), for J of shape (m, n)."""
     m, n = J.shape
     for i in range(m):
@@ -24,7 +25,7 @@ def gram(J, B):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def solve_symmetric3(B, d, y):  # type: ignore[no-untyped-def]
+def solve_symmetric3(B: FloatArray, d: FloatArray, y: FloatArray) -> float:
     """Solve B y = d for a symmetric 3 x 3 B by cofactors; returns det(B), y filled if it is > 0."""
     c00 = B[1, 1] * B[2, 2] - B[1, 2] * B[1, 2]
     c01 = B[0, 2] * B[1, 2] - B[0, 1] * B[2, 2]
@@ -38,11 +39,11 @@ def solve_symmetric3(B, d, y):  # type: ignore[no-untyped-def]
         y[0] = (c00 * d[0] + c01 * d[1] + c02 * d[2]) * scale
         y[1] = (c01 * d[0] + c11 * d[1] + c12 * d[2]) * scale
         y[2] = (c02 * d[0] + c12 * d[1] + c22 * d[2]) * scale
-    return determinant
+    return float(determinant)
 
 
 @kernel
-def eigen_symmetric(B, V):  # type: ignore[no-untyped-def]
+def eigen_symmetric(B: FloatArray, V: FloatArray) -> None:
     """Diagonalise a symmetric B in place by cyclic Jacobi rotations.
 
     On return the diagonal of B holds the eigenvalues and the columns of V the eigenvectors

@@ -8,13 +8,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from armsyn.kernels.compiling import kernel
 from armsyn.kernels.linear import eigen_symmetric, gram, solve_symmetric3
-
-FloatArray = NDArray[np.float64]
+from armsyn.kernels.types import FloatArray
 
 SVD, TRANSPOSE, NORMALISED_TRANSPOSE, DAMPED = 0, 1, 2, 3
 
@@ -44,7 +40,15 @@ class OptimiserSettings(NamedTuple):
 
 
 @kernel
-def change_of_posture(settings, J, dX, B, V, y, dq):  # type: ignore[no-untyped-def]
+def change_of_posture(
+    settings: OptimiserSettings,
+    J: FloatArray,
+    dX: FloatArray,
+    B: FloatArray,
+    V: FloatArray,
+    y: FloatArray,
+    dq: FloatArray,
+) -> None:
     """Fill dq, shape (n,), with O(J, dX) for J of shape (m, n) and dX of shape (m,).
 
     B and V, shape (m, m), and y, shape (m,), are workspace.
@@ -66,7 +70,7 @@ def change_of_posture(settings, J, dX, B, V, y, dq):  # type: ignore[no-untyped-
 
 
 @kernel
-def weigh_orientation(radius, J, dX):  # type: ignore[no-untyped-def]
+def weigh_orientation(radius: float, J: FloatArray, dX: FloatArray) -> None:
     """Turn the rotational rows of a pose task from radians into metres; others are untouched."""
     for k in range(3, J.shape[0]):
         dX[k] *= radius
@@ -75,7 +79,7 @@ def weigh_orientation(radius, J, dX):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _transpose_times(J, y, dq):  # type: ignore[no-untyped-def]
+def _transpose_times(J: FloatArray, y: FloatArray, dq: FloatArray) -> None:
     m, n = J.shape
     for i in range(n):
         total = 0.0
@@ -85,7 +89,7 @@ def _transpose_times(J, y, dq):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _normalise(slowing, dX, dq):  # type: ignore[no-untyped-def]
+def _normalise(slowing: float, dX: FloatArray, dq: FloatArray) -> None:
     """Keep the direction of dq; its norm becomes the task error over `slowing`.
 
     So the step is of unit norm at an error of `slowing` and shrinks in proportion to the error,
@@ -103,7 +107,9 @@ def _normalise(slowing, dX, dq):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _pseudo_inverse(cut_off, dX, B, V, y):  # type: ignore[no-untyped-def]
+def _pseudo_inverse(
+    cut_off: float, dX: FloatArray, B: FloatArray, V: FloatArray, y: FloatArray
+) -> None:
     """Fill y = B^+ dX: exact while no singular value of J is below the cut-off, else truncated."""
     m = dX.shape[0]
     if m == 3:

@@ -11,14 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import prange
-from numpy.typing import NDArray
 
-from armsyn.kernels.chain import forward, jacobian
+from armsyn.kernels.chain import ChainArrays, forward, jacobian
 from armsyn.kernels.compiling import kernel, parallel_kernel
-from armsyn.kernels.optimisers import change_of_posture, weigh_orientation
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from armsyn.kernels.optimisers import OptimiserSettings, change_of_posture, weigh_orientation
+from armsyn.kernels.types import FloatArray, IntArray
 
 
 class Synergies(NamedTuple):
@@ -100,7 +97,9 @@ class Captures(NamedTuple):
 
 
 @kernel
-def task_error(position, orientation, hand, tip, dX):  # type: ignore[no-untyped-def]
+def task_error(
+    position: FloatArray, orientation: FloatArray, hand: FloatArray, tip: FloatArray, dX: FloatArray
+) -> float:
     """Fill dX, shape (3,) or (6,): position error, m, and rotation vector to the wanted pose, rad.
 
     Returns the distance of the positions, m.
@@ -113,7 +112,7 @@ def task_error(position, orientation, hand, tip, dX):  # type: ignore[no-untyped
 
 
 @kernel
-def _rotation_error(wanted, present, dX):  # type: ignore[no-untyped-def]
+def _rotation_error(wanted: FloatArray, present: FloatArray, dX: FloatArray) -> None:
     """Write the logarithm of wanted present^T (base frame) to dX[3:6]."""
     r = np.empty((3, 3))
     for i in range(3):
@@ -149,7 +148,7 @@ def _rotation_error(wanted, present, dX):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def ramp_value(t, duration):  # type: ignore[no-untyped-def]
+def ramp_value(t: float, duration: float) -> float:
     """Minimum-jerk rise from 0 to 1 over `duration` (Flash and Hogan 1985); 1 when it is 0."""
     if t >= duration:
         return 1.0
@@ -158,7 +157,18 @@ def ramp_value(t, duration):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def apply_synergy(gains, slopes, offsets, factor, t, lower, upper, share, dq, q):  # type: ignore[no-untyped-def]
+def apply_synergy(
+    gains: FloatArray,
+    slopes: FloatArray,
+    offsets: FloatArray,
+    factor: float,
+    t: float,
+    lower: FloatArray,
+    upper: FloatArray,
+    share: float,
+    dq: FloatArray,
+    q: FloatArray,
+) -> None:
     """Add factor phi(t) M dq to posture q, all of shape (n,), within the limits.
 
     No joint covers more than `share` of what is left to its limit.
@@ -173,7 +183,18 @@ def apply_synergy(gains, slopes, offsets, factor, t, lower, upper, share, dq, q)
 
 
 @kernel
-def roll_out(chain, optimiser, gains, slopes, offsets, timing, task, tolerance, path, positions):  # type: ignore[no-untyped-def]
+def roll_out(
+    chain: ChainArrays,
+    optimiser: OptimiserSettings,
+    gains: FloatArray,
+    slopes: FloatArray,
+    offsets: FloatArray,
+    timing: Timing,
+    task: Task,
+    tolerance: float,
+    path: FloatArray,
+    positions: FloatArray,
+) -> tuple[int, float]:
     """Fill `path`, shape (frames, n), from the posture in its first row.
 
     Fills `positions`, shape (frames, n + 1, 3), too: every joint and the tip, m. Stops early
@@ -218,7 +239,7 @@ def roll_out(chain, optimiser, gains, slopes, offsets, timing, task, tolerance, 
 
 
 @kernel
-def paper_distance(positions, rows, landmarks):  # type: ignore[no-untyped-def]
+def paper_distance(positions: FloatArray, rows: IntArray, landmarks: FloatArray) -> float:
     """Paper 3.4: mean over frames and over landmarks (l joints and the hand) of distances, m.
 
     `positions`, shape (frames, n + 1, 3), at its `rows`, shape (landmarks,), against
@@ -233,11 +254,18 @@ def paper_distance(positions, rows, landmarks):  # type: ignore[no-untyped-def]
             dy = positions[frame, row, 1] - landmarks[frame, mark, 1]
             dz = positions[frame, row, 2] - landmarks[frame, mark, 2]
             total += math.sqrt(dx * dx + dy * dy + dz * dz)
-    return total / (frames * rows.shape[0])
+    return float(total / (frames * rows.shape[0]))
 
 
 @parallel_kernel
-def roll_out_lanes(chain, optimiser, synergies, timing, targets, paths):  # type: ignore[no-untyped-def]
+def roll_out_lanes(
+    chain: ChainArrays,
+    optimiser: OptimiserSettings,
+    synergies: Synergies,
+    timing: Timing,
+    targets: FloatArray,
+    paths: FloatArray,
+) -> None:
     """Fill `paths`, shape (lanes, frames, n), on all cores.
 
     Lane k plays synergy k from the posture in its first row towards ``targets[k]``, shape (3,).
@@ -260,7 +288,15 @@ def roll_out_lanes(chain, optimiser, synergies, timing, targets, paths):  # type
 
 
 @parallel_kernel
-def distance_lanes(chain, optimiser, synergies, timing, captures, motions, result):  # type: ignore[no-untyped-def]
+def distance_lanes(
+    chain: ChainArrays,
+    optimiser: OptimiserSettings,
+    synergies: Synergies,
+    timing: Timing,
+    captures: Captures,
+    motions: IntArray,
+    result: FloatArray,
+) -> None:
     """Fill `result`, shape (lanes,), with the paper's distance of each lane to its capture, m.
 
     Lane k plays synergy k against capture ``motions[k]`` over all of that capture's frames.
@@ -285,6 +321,4 @@ def distance_lanes(chain, optimiser, synergies, timing, captures, motions, resul
             path,
             positions,
         )
-        result[lane] = paper_distance(
-            positions, captures.rows, captures.landmarks[motion, :frames]
-        )
+        result[lane] = paper_distance(positions, captures.rows, captures.landmarks[motion, :frames])

@@ -6,16 +6,26 @@ import math
 
 import numpy as np
 
-from armsyn.kernels.chain import forward, jacobian
+from armsyn.kernels.chain import ChainArrays, forward, jacobian
 from armsyn.kernels.compiling import kernel
-from armsyn.kernels.optimisers import change_of_posture, weigh_orientation
+from armsyn.kernels.optimisers import OptimiserSettings, change_of_posture, weigh_orientation
 from armsyn.kernels.rollout import task_error
+from armsyn.kernels.types import FloatArray
 
 _LARGEST_TURN = 0.3
 
 
 @kernel
-def descend(chain, optimiser, position, orientation, largest_move, tolerance, max_steps, q):  # type: ignore[no-untyped-def]
+def descend(
+    chain: ChainArrays,
+    optimiser: OptimiserSettings,
+    position: FloatArray,
+    orientation: FloatArray,
+    largest_move: float,
+    tolerance: float,
+    max_steps: int,
+    q: FloatArray,
+) -> tuple[int, float, float]:
     """Move posture q, shape (n,), to the best one met on the way to the target.
 
     Returns
@@ -64,14 +74,16 @@ def descend(chain, optimiser, position, orientation, largest_move, tolerance, ma
 
 
 @kernel
-def _shorten(vector, norm, largest):  # type: ignore[no-untyped-def]
+def _shorten(vector: FloatArray, norm: float, largest: float) -> None:
     if norm > largest:
         for k in range(vector.shape[0]):
             vector[k] *= largest / norm
 
 
 @kernel
-def _leave_out_pressing_joints(lower, upper, q, dq, J):  # type: ignore[no-untyped-def]
+def _leave_out_pressing_joints(
+    lower: FloatArray, upper: FloatArray, q: FloatArray, dq: FloatArray, J: FloatArray
+) -> bool:
     """Zero the columns of joints that stand at a limit and would go on; tells whether any did."""
     any_pressing = False
     for i in range(q.shape[0]):
@@ -83,7 +95,7 @@ def _leave_out_pressing_joints(lower, upper, q, dq, J):  # type: ignore[no-untyp
 
 
 @kernel
-def _best_length(J, dX, dq):  # type: ignore[no-untyped-def]
+def _best_length(J: FloatArray, dX: FloatArray, dq: FloatArray) -> float:
     """Step length that minimises |dX - s J dq|."""
     along = 0.0
     square = 0.0

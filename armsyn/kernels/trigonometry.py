@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from armsyn.kernels.compiling import kernel
+from armsyn.kernels.types import FloatArray
 
 _TWO_OVER_PI = 0.6366197723675814
 _HALF_PI_HIGH = 1.5707963267948966
@@ -12,7 +13,7 @@ _HALF_PI_LOW = 6.123233995736766e-17
 
 
 @kernel
-def sines_and_cosines(angles, sines, cosines):  # type: ignore[no-untyped-def]
+def sines_and_cosines(angles: FloatArray, sines: FloatArray, cosines: FloatArray) -> None:
     """Fill the sines and cosines of `angles`, all of shape (n,), |angle| below 1e5 rad.
 
     Minimax polynomials on [-pi/4, pi/4] after reduction by quarter turns (coefficients of the

@@ -115,7 +115,7 @@ def load_capture(text: str) -> Motion | None:
     CaptureError
         When it selects several, or none.
     """
-    if text.split(":")[0] not in _SETS:
+    if text.split(":", maxsplit=1)[0] not in _SETS:
         return None
     captures = load_captures(text)
     if len(captures) > 1:

@@ -89,7 +89,9 @@ class Annealed:
     history : array, shape (generations + 1, motions)
         Average score of the population.
     stable : bool
-        False when it ended for another reason than stability.
+        Whether the average score became stable.
+    interrupted : bool
+        Whether Ctrl-C ended it.
     """
 
     parameters: FloatArray
@@ -97,6 +99,7 @@ class Annealed:
     evaluations: int
     history: FloatArray
     stable: bool
+    interrupted: bool
 
 
 def anneal(
@@ -138,7 +141,7 @@ def anneal(
     scores = score(members)
     history = [scores.mean(axis=1)]
     best, best_scores = _better(members, scores, members[:, 0], np.full(motions, np.inf))
-    stable = False
+    stable = interrupted = False
     try:
         for generation in range(plan.max_generations):
             variation = np.stack([g.standard_normal(shape) for g in generators])
@@ -157,10 +160,9 @@ def anneal(
                 stable = True
                 break
     except KeyboardInterrupt:
-        stable = False
-    return Annealed(
-        best, best_scores, motions * plan.population * len(history), np.array(history), stable
-    )
+        interrupted = True
+    evaluations = motions * plan.population * len(history)
+    return Annealed(best, best_scores, evaluations, np.array(history), stable, interrupted)
 
 
 def _better(

@@ -26,6 +26,17 @@ RATES = {"svd": 6.0, "jt": 60.0, "njt": 3.0, "dls": 6.0}
 """lambda of each optimiser, 1/s, large enough for the paper's bounds of the gains not to bind."""
 
 
+ARM_RATES = {"svd": 10.0, "jt": 60.0, "njt": 3.0, "dls": 10.0}
+"""lambda for arms that move, 1/s: with gains of at least a quarter it bounds the slowest decay,
+and 10 instead of 6 per second lets the hand come to rest as people do."""
+
+RAMP_S = 0.1
+"""Minimum-jerk rise of phi on arms: phi(0) > 0 would start with a jump of 200-320 rad/s2."""
+
+LIMIT_RATE = 10.0
+"""1/s: how fast an arm's joint may near its limit; a clamp would stop it within one tick."""
+
+
 class RollOut(NamedTuple):
     """A synthesized motion.
 
@@ -150,7 +161,7 @@ class Controller:
             positions,
         )
         return RollOut(
-            np.arange(filled) * dt,
+            np.arange(filled, dtype=np.float64) * dt,
             path[:filled],
             positions[:filled],
             distance,

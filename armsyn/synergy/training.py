@@ -11,8 +11,9 @@ from armsyn.arm import ArmDescription
 from armsyn.errors import CaptureError
 from armsyn.ik import fit_posture
 from armsyn.kernels.rollout import Captures
+from armsyn.kinematics.rotation import from_expmap
 from armsyn.motion.captures import Capture
-from armsyn.motion.resample import resample
+from armsyn.motion.resample import interpolate, uniform_times
 
 FloatArray = NDArray[np.float64]
 
@@ -52,13 +53,15 @@ class Training:
 def prepare(arm: ArmDescription, capture: Capture, rate_hz: float) -> Training:
     """Put a capture on an arm.
 
-    Segments are rebuilt on the arm's link lengths along their captured directions, so that
-    another body's size is no error of the motion.
+    An arm with the capture's landmarks gets them rebuilt on its own link lengths along their
+    captured directions, so that another body's size is no error of the motion. An arm that
+    names only its hand gets the hand's path, turned to where the arm faces, starting (a return:
+    ending) where its own hand rests, scaled by half the ratio of reaches: a person's hand rests
+    an arm's length below the shoulder and goes up from there, an arm on a table has half of that.
 
     Parameters
     ----------
     arm : ArmDescription
-        With the capture's landmarks.
     capture : Capture
     rate_hz : float
         Frame rate to bring it to.
@@ -72,25 +75,36 @@ def prepare(arm: ArmDescription, capture: Capture, rate_hz: float) -> Training:
     CaptureError
         Other landmarks than the arm's, gaps, or a start that the arm cannot take.
     """
-    names = tuple(arm.landmarks)
-    motion = capture.motion
-    if motion.landmarks is None or motion.landmark_names != names:
+    names = capture.motion.landmark_names
+    if capture.motion.landmarks is None or tuple(arm.landmarks) not in (names, names[-1:]):
         raise CaptureError(
-            f"{capture.name} has landmarks {', '.join(motion.landmark_names)};"
-            f" {arm.name} has {', '.join(names)}"
+            f"{capture.name} has landmarks {', '.join(names) or 'none'};"
+            f" {arm.name} has {', '.join(arm.landmarks)}"
         )
-    if not np.isfinite(motion.landmarks).all():
-        frame = int(np.argmin(np.isfinite(motion.landmarks).all(axis=(1, 2))))
+    if not np.isfinite(capture.motion.landmarks).all():
+        frame = int(np.argmin(np.isfinite(capture.motion.landmarks).all(axis=(1, 2))))
         raise CaptureError(f"{capture.name}: a landmark is missing at frame {frame}")
-    moved = resample(motion, rate_hz)
-    assert moved.landmarks is not None
-    landmarks = rebuild_segments(moved.landmarks, segment_lengths(arm))
+    time = uniform_times(0.0, capture.motion.duration, rate_hz)
+    began = float(capture.motion.time[0])
+    captured = interpolate(capture.motion.time, capture.motion.landmarks, began + time)
+    if len(arm.landmarks) == 1:
+        landmarks = _scaled_hand(arm, capture.kind, captured)
+    else:
+        landmarks = rebuild_segments(captured, segment_lengths(arm))
     fit = fit_posture(arm.chain, arm.landmark_frames, landmarks[0], arm.rest)
     if fit.residual > START_TOLERANCE_M:
         raise CaptureError(
             f"{capture.name}: {arm.name} misses its first posture by {fit.residual * 100:.1f} cm"
         )
-    return Training(capture, moved.time, landmarks, fit.posture, fit.residual)
+    return Training(capture, time, landmarks, fit.posture, fit.residual)
+
+
+def _scaled_hand(arm: ArmDescription, kind: str, landmarks: FloatArray) -> FloatArray:
+    person = np.linalg.norm(np.diff(landmarks[0], axis=0), axis=1).sum()
+    scale = 0.5 * arm.chain.reach / person
+    hand = landmarks[:, -1] @ from_expmap([0.0, 0.0, arm.facing]).T * scale
+    at_rest = hand[0] if kind == "reach" else hand[-1]
+    return np.asarray((hand - at_rest + arm.chain.forward(arm.rest).tip)[:, None])
 
 
 def segment_lengths(arm: ArmDescription) -> FloatArray:

@@ -1,0 +1,301 @@
+"""Learning: a synergy for each captured reach, and a judgement of how well it fits."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import msgspec
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.errors import CaptureError, InputError
+from armsyn.ik import optimiser_settings
+from armsyn.kernels import rollout as kernels
+from armsyn.kernels.rollout import Captures, Timing
+from armsyn.motion.captures import Capture
+from armsyn.scoring import correlation, normalised_speed, profile_measures
+from armsyn.synergy.annealing import Annealed, Schedule, anneal
+from armsyn.synergy.controller import ARM_RATES, LIMIT_RATE, RAMP_S, RATES, Controller
+from armsyn.synergy.library import LearnedReach, SynergyLibrary, SynergySet
+from armsyn.synergy.models import parameter_bounds, synergies
+from armsyn.synergy.training import Training, as_captures, prepare
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[str, str, int, int, float], None]
+
+LEAST_SPEED_R = 0.85
+GREATEST_DISTANCE = 0.08
+"""Of the arm's reach: the paper's distance beyond which a set does not fit."""
+SLOWEST = 2.0
+"""Movement times a set may take, in those of its capture."""
+ARRIVAL_M = 2e-3
+LONGEST_S = 6.0
+_CORES = numba.get_num_threads()
+
+
+@dataclass(frozen=True)
+class LearningOptions:
+    """What is learned and how.
+
+    Parameters
+    ----------
+    iks, models : tuple of str
+        Optimisers and synergy models; every pair is learned.
+    stable : bool
+        Bound gains below (arms that move); else the paper's bounds.
+    rate_hz : float
+        Frame rate of the roll-outs.
+    lambda_ : float or None
+        1/s; each optimiser's own when None.
+    seed : int
+    workers : int or None
+        Threads; all cores when None. The result does not depend on it.
+    schedule : Schedule
+    """
+
+    iks: tuple[str, ...] = ("svd",)
+    models: tuple[str, ...] = ("C",)
+    stable: bool = True
+    rate_hz: float = 120.0
+    lambda_: float | None = None
+    seed: int = 0
+    workers: int | None = None
+    schedule: Schedule = field(default_factory=Schedule)
+
+    def rate_of(self, ik: str) -> float:
+        """Lambda of an optimiser, 1/s."""
+        return self.lambda_ or (ARM_RATES if self.stable else RATES)[ik]
+
+
+def learn(
+    arm: ArmDescription,
+    selection: str,
+    captures: list[Capture],
+    options: LearningOptions,
+    on_progress: Progress | None = None,
+) -> SynergyLibrary:
+    """Learn synergies of an arm from captured reaches.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    selection : str
+        Where the captures come from, for the record.
+    captures : list of Capture
+    options : LearningOptions
+    on_progress : callable, optional
+        Called with optimiser, model, generation, last generation, and the mean best distance, m.
+
+    Returns
+    -------
+    SynergyLibrary
+        ``complete`` is False when Ctrl-C ended it: then it holds the best so far.
+
+    Raises
+    ------
+    CaptureError
+        When no capture can be used.
+    InputError
+        An option that is not usable.
+    """
+    trainings, left_out = _usable(arm, captures, options.rate_hz)
+    _set_workers(options.workers)
+    found: dict[tuple[str, str], Annealed] = {}
+    complete = True
+    for ik in options.iks:
+        for model in options.models:
+            if complete:
+                annealed = fit(arm, trainings, ik, model, options, on_progress)
+                complete = not annealed.interrupted
+                found[ik, model] = annealed
+    reaches = tuple(
+        _learned_reach(arm, training, row, found, options) for row, training in enumerate(trainings)
+    )
+    return SynergyLibrary(
+        schema="armsyn-synergies-1",
+        arm=arm.name,
+        joint_names=arm.joint_names,
+        captures=selection,
+        inputs_sha256=_inputs_hash(arm, trainings, options),
+        seed=options.seed,
+        rate_hz=options.rate_hz,
+        lambdas={ik: options.rate_of(ik) for ik in options.iks},
+        stable_gains=options.stable,
+        complete=complete,
+        reaches=reaches,
+        left_out=left_out,
+    )
+
+
+def fit(
+    arm: ArmDescription,
+    trainings: list[Training],
+    ik: str,
+    model: str,
+    options: LearningOptions,
+    on_progress: Progress | None = None,
+) -> Annealed:
+    """Anneal one optimiser and model on all reaches side by side.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    trainings : list of Training
+    ik, model : str
+    options : LearningOptions
+    on_progress : callable, optional
+        As in `learn`.
+
+    Returns
+    -------
+    Annealed
+        Scores are the paper's distance, m.
+    """
+    lower, upper = parameter_bounds(model, arm.chain.dof, stable=options.stable)
+    schedule = options.schedule
+
+    def report(generation: int, distance: float) -> None:
+        if on_progress is not None:
+            on_progress(ik, model, generation, schedule.max_generations, distance)
+
+    return anneal(
+        _scorer(arm, as_captures(arm, trainings), ik, model, options),
+        len(trainings),
+        lower,
+        upper,
+        schedule=schedule,
+        seed=options.seed,
+        on_generation=report,
+    )
+
+
+def _scorer(
+    arm: ArmDescription, captures: Captures, ik: str, model: str, options: LearningOptions
+) -> Callable[[FloatArray], FloatArray]:
+    settings = optimiser_settings(ik)
+    timing = Timing(options.rate_of(ik), 1.0 / options.rate_hz, 0.0, np.inf)
+
+    def score(parameters: FloatArray) -> FloatArray:
+        motions, population, count = parameters.shape
+        lanes = synergies(model, arm.chain.dof, parameters.reshape(-1, count))
+        result = np.empty(motions * population)
+        which = np.repeat(np.arange(motions), population)
+        kernels.distance_lanes(arm.chain.arrays, settings, lanes, timing, captures, which, result)
+        return result.reshape(motions, population)
+
+    return score
+
+
+def _usable(
+    arm: ArmDescription, captures: list[Capture], rate_hz: float
+) -> tuple[list[Training], dict[str, str]]:
+    trainings: list[Training] = []
+    left_out: dict[str, str] = {}
+    for capture in captures:
+        try:
+            trainings.append(prepare(arm, capture, rate_hz))
+        except CaptureError as error:
+            left_out[capture.name] = str(error)
+    if not trainings:
+        first = next(iter(left_out.values()), "none given")
+        raise CaptureError(f"none of {len(captures)} captures can be used: {first}")
+    return trainings, left_out
+
+
+def _set_workers(workers: int | None) -> None:
+    most = _CORES
+    if workers is not None and not 1 <= workers <= most:
+        raise InputError(f"workers must be between 1 and {most} on this machine, got {workers}")
+    numba.set_num_threads(workers or most)
+
+
+def _learned_reach(
+    arm: ArmDescription,
+    training: Training,
+    row: int,
+    found: dict[tuple[str, str], Annealed],
+    options: LearningOptions,
+) -> LearnedReach:
+    profile = normalised_speed(training.time, training.landmarks[:, -1])
+    sets = tuple(
+        _judged(arm, training, profile, ik, model, annealed.parameters[row], options)
+        for (ik, model), annealed in found.items()
+    )
+    return LearnedReach(
+        name=training.capture.name,
+        kind="reach" if training.capture.kind == "reach" else "return",
+        source=training.capture.source,
+        start_m=_triple(training.landmarks[0, -1]),
+        target_m=_triple(training.target),
+        duration_s=float(training.time[-1]),
+        start_residual_m=round(training.start_residual, 6),
+        speed_profile=tuple(np.round(profile / profile.max(), 4).tolist()),
+        sets=sets,
+    )
+
+
+def _judged(
+    arm: ArmDescription,
+    training: Training,
+    profile: FloatArray,
+    ik: str,
+    model: str,
+    parameters: FloatArray,
+    options: LearningOptions,
+) -> SynergySet:
+    """Play a set as an arm would (ramp, limits approached softly, to the target) and judge it."""
+    # Stored to six digits, so judged with six digits
+    stored = np.array([float(f"{value:.6g}") for value in parameters])
+    controller = Controller(arm.chain, ik, options.rate_of(ik))
+    lane = synergies(model, arm.chain.dof, stored)
+    dt = 1.0 / options.rate_hz
+    learned = controller.synthesize(
+        training.start, training.target, lane, dt=dt, frames=training.time.size
+    )
+    gaps = learned.positions[:, list(arm.landmark_frames)] - training.landmarks
+    distance = float(np.linalg.norm(gaps, axis=2).mean())
+    played = controller.synthesize(
+        training.start,
+        training.target,
+        lane,
+        dt=dt,
+        frames=int(LONGEST_S * options.rate_hz),
+        tolerance=ARRIVAL_M,
+        ramp=RAMP_S,
+        limit_rate=LIMIT_RATE,
+    )
+    hand = played.positions[:, -1]
+    speed_r = correlation(profile, normalised_speed(played.time, hand))
+    measures = profile_measures(played.time, hand)
+    misfit = ""
+    if not played.arrived:
+        misfit = f"stays {played.distance * 100:.1f} cm from the target"
+    elif distance > GREATEST_DISTANCE * arm.chain.reach:
+        misfit = f"distance {distance * 100:.1f} cm to the capture"
+    elif measures.speed_peaks != 1:
+        misfit = f"{measures.speed_peaks} peaks of hand speed"
+    elif measures.movement_time > SLOWEST * training.time[-1]:
+        misfit = f"takes {measures.movement_time:.2f} s, the capture {training.time[-1]:.2f} s"
+    elif speed_r < LEAST_SPEED_R:
+        misfit = f"speed correlation {speed_r:.2f}"
+    return SynergySet(
+        ik, model, tuple(stored.tolist()), round(distance, 6), round(speed_r, 4), misfit
+    )
+
+
+def _triple(values: FloatArray) -> tuple[float, float, float]:
+    x, y, z = np.round(values, 6).tolist()
+    return x, y, z
+
+
+def _inputs_hash(arm: ArmDescription, trainings: list[Training], options: LearningOptions) -> str:
+    digest = hashlib.sha256(msgspec.json.encode(arm))
+    for training in trainings:
+        digest.update(training.capture.name.encode())
+        digest.update(np.round(training.landmarks, 9).tobytes())
+    digest.update(repr((options.stable, options.rate_hz, options.schedule)).encode())
+    return digest.hexdigest()
