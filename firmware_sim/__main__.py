@@ -11,14 +11,7 @@ from typing import NoReturn
 
 import firmware_sim
 from firmware_sim.errors import RigError, SimulatorError
-from firmware_sim.rig import (
-    ServoSettings,
-    check_ids,
-    find_arm,
-    parse_servo,
-    read_rig,
-    with_baud_rate,
-)
+from firmware_sim.rig import ServoSettings, check_ids, parse_servo, with_baud_rate
 from firmware_sim.tables import MODEL_NAMES
 
 _MAX_RETURN_DELAY = 254
@@ -41,7 +34,11 @@ def build_parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     servos = parser.add_mutually_exclusive_group(required=True)
-    servos.add_argument("--arm", metavar="NAME", help="the servos of calibration/NAME.toml")
+    servos.add_argument(
+        "--arm",
+        metavar="NAME",
+        help="the servos of calibration/NAME.toml",
+    )
     servos.add_argument(
         "--rig", metavar="FILE", type=Path, help="the [[servo]] tables of a TOML file"
     )
@@ -79,8 +76,7 @@ def choose_servos(arguments: argparse.Namespace) -> list[ServoSettings]:
     if arguments.servo:
         servos = [parse_servo(text) for text in arguments.servo]
     else:
-        file = arguments.rig or find_arm(arguments.arm, arguments.calibration)
-        servos = read_rig(file)
+        servos = _read_servos(arguments)
     check_ids(servos)
     if arguments.baud is not None:
         servos = [with_baud_rate(servo, arguments.baud) for servo in servos]
@@ -89,6 +85,18 @@ def choose_servos(arguments: argparse.Namespace) -> list[ServoSettings]:
             raise RigError(f"--return-delay {arguments.return_delay} is not 0 to 254 (of 2 us)")
         servos = [replace(servo, return_delay=arguments.return_delay) for servo in servos]
     return servos
+
+
+def _read_servos(arguments: argparse.Namespace) -> list[ServoSettings]:
+    from firmware_sim.rig_file import (  # noqa: PLC0415 - no TOML reader for --servo
+        SET_UP,
+        find_arm,
+        read_rig,
+    )
+
+    if arguments.rig:
+        return read_rig(arguments.rig)
+    return read_rig(find_arm(arguments.arm, arguments.calibration), SET_UP)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -124,12 +132,15 @@ def _serve(servos: list[ServoSettings], link: Path | None, exit_with_stdin: bool
     port = PtyPort(link)
     try:
         server = Server(bus, port, sys.stdin.fileno() if exit_with_stdin else None)
-        print(port.name, flush=True)
-        names = ", ".join(f"{servo.model.name}:{servo.servo_id}" for servo in servos)
-        print(f"firmware-sim: a simulation, no hardware: {names}", file=sys.stderr, flush=True)
-        server.run()
+        server.run(lambda: _announce(port.name, servos))
     finally:
         port.close()
+
+
+def _announce(port_name: str, servos: list[ServoSettings]) -> None:
+    print(port_name, flush=True)
+    names = ", ".join(f"{servo.model.name}:{servo.servo_id}" for servo in servos)
+    print(f"firmware-sim: a simulation, no hardware: {names}", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from firmware_sim.line import garble, same_rate, wire_time
-from firmware_sim.packet import DamagedPacket, Packet, PacketParser
+from firmware_sim.parser import DamagedPacket, Packet, PacketParser
 from firmware_sim.protocol2 import execute, refuse_damaged
 from firmware_sim.servo import Servo
 

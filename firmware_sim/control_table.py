@@ -65,7 +65,7 @@ class Register:
         return self.minimum < 0
 
 
-def row(  # noqa: PLR0917 - a row of the manual's table, in its order
+def row(
     address: int,
     size: int,
     name: str,

@@ -7,7 +7,7 @@
     +-- LinkTakenError             exit 2: the name for the port exists already
     +-- SimulatorStartError        the simulator's process did not offer a port
 
-What arrives on the wire never raises: malformed bytes are dropped and counted (``packet``), and
+What arrives on the wire never raises: malformed bytes are dropped and counted (``parser``), and
 refused requests are answered with an error number (``protocol2``).
 """
 

@@ -10,13 +10,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from firmware_sim.codes import StatusError
-from firmware_sim.packet import (
-    BROADCAST_ID,
-    STATUS_INSTRUCTION,
-    DamagedPacket,
-    Packet,
-    build_status,
-)
+from firmware_sim.packet import BROADCAST_ID, STATUS_INSTRUCTION, build_status
+from firmware_sim.parser import DamagedPacket, Packet
 from firmware_sim.servo import Servo
 
 _RESET_ALL = 0xFF

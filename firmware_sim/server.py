@@ -11,6 +11,7 @@ import os
 import select
 import signal
 from collections import deque
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from types import FrameType
@@ -21,6 +22,10 @@ from firmware_sim.pty_port import PtyPort
 
 _HOUSEKEEPING = 0.02
 """How often moving servos are brought up to date while nobody asks, s."""
+
+_BACKLOG = 0.05
+"""How far the wire may be behind before no more is read, s: then the client's writes block, as they
+do at a real port, and nothing piles up here."""
 
 _SPIN = 40.0e-6
 """How long before a due time sleeping ends and waiting begins, s: a sleep ends about this late."""
@@ -51,42 +56,58 @@ class Server:
         self._wake_read, self._wake_write = os.pipe()
         os.set_blocking(self._wake_write, False)
 
-    def run(self) -> None:
-        """Serve until SIGINT, SIGTERM, or the end of the watched standard input."""
+    def run(self, announce: Callable[[], None]) -> None:
+        """Serve until SIGINT, SIGTERM, or the end of the watched standard input.
+
+        Parameters
+        ----------
+        announce : callable
+            Called once everything is ready, so that whoever hears it may stop the loop at once.
+        """
         _sharpen_timer()
-        gc.freeze()  # what start-up made need not be looked at again in the middle of an answer
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._stop)
         signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
-        watched = [self._port.master, self._wake_read]
-        if self._stdin is not None:
-            watched.append(self._stdin)
+        gc.freeze()  # what start-up made need not be looked at again in the middle of an answer
         try:
+            announce()
             while not self._stopped:
-                ready = select.select(watched, [], [], self._patience())[0]
-                if self._port.master in ready:
-                    self._listen()
-                if self._stdin in ready and not os.read(self._stdin, 4096):
-                    self._stopped = True
-                self._speak()
-                if not ready:
-                    self._bus.advance(self._clock.now())
+                self._turn()
         finally:
             signal.set_wakeup_fd(-1)
             os.close(self._wake_read)
             os.close(self._wake_write)
 
+    def _turn(self) -> None:
+        """Sleep until there is something to do, and do it."""
+        backlog = self._bus.wire_free - self._clock.now() - _BACKLOG
+        watched = [self._wake_read]
+        if self._stdin is not None:
+            watched.append(self._stdin)
+        if backlog <= 0.0:
+            watched.append(self._port.master)
+        ready = select.select(watched, [], [], self._patience(backlog))[0]
+        if self._port.master in ready:
+            self._listen()
+        if self._stdin in ready and not os.read(self._stdin, 4096):
+            self._stopped = True
+        self._speak()
+        if not ready:
+            self._bus.advance(self._clock.now())
+
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
         self._stopped = True
 
-    def _patience(self) -> float | None:
-        """How long to sleep, s; None for as long as nothing comes."""
+    def _patience(self, backlog: float) -> float | None:
+        """Return how long to sleep, s; None for as long as nothing comes."""
         if self._due:
             return max(0.0, self._due[0].due - self._clock.now() - self._spin())
+        if backlog > 0.0:
+            return backlog
         return _HOUSEKEEPING if self._bus.moving else None
 
     def _spin(self) -> float:
-        """Only the last answer of a request needs to leave sharply: clients wait for that one."""
+        """Return how long to wait awake, s: only the last answer is waited for, so it is sharp."""
         return _SPIN if len(self._due) == 1 else 0.0
 
     def _listen(self) -> None:

@@ -6,7 +6,8 @@ import pytest
 
 from firmware_sim.bus import Bus
 from firmware_sim.clock import SteppedClock
-from firmware_sim.packet import Packet, PacketParser, build_packet
+from firmware_sim.packet import build_packet
+from firmware_sim.parser import Packet, PacketParser
 from firmware_sim.servo import Servo
 from firmware_sim.tables import find_model
 from firmware_sim.testing import SteppedPort

@@ -137,8 +137,12 @@ def test_bad_input_is_one_line_and_creates_nothing(
 
 def test_an_arms_description_and_overrides(tmp_path: Path) -> None:
     (tmp_path / "thing.toml").write_text('[[servo]]\nid = 1\nmodel = "xl330-m288"\n')
-    arguments = ("--arm", "thing", "--calibration", str(tmp_path), "--baud", "4000000")
+    arguments = ("--arm", "thing", "--calibration", str(tmp_path))
     with running(arguments=arguments) as port:
+        assert ping(port, 1_000_000)[9:11] == bytes((1200 & 0xFF, 1200 >> 8))
+    with running(arguments=("--rig", str(tmp_path / "thing.toml"))) as port:
+        assert ping(port, 57_600)[9:11] == bytes((1200 & 0xFF, 1200 >> 8))
+    with running(arguments=(*arguments, "--baud", "4000000")) as port:
         assert ping(port, 4_000_000)[9:11] == bytes((1200 & 0xFF, 1200 >> 8))
 
 
@@ -195,3 +199,13 @@ def test_a_killed_parent_leaves_nothing_behind(tmp_path: Path) -> None:
     while os.path.lexists(link):
         assert time.monotonic() < deadline
         time.sleep(0.01)
+
+
+def test_a_flood_is_held_back_as_at_a_real_port() -> None:
+    """A megabyte takes three minutes at 57600 bit/s: the client's write blocks meanwhile."""
+    with running("xm430-w350:1") as port:
+        with serial.Serial(port, 57_600, timeout=2.0, write_timeout=0.3) as client:
+            with pytest.raises(serial.SerialTimeoutException):
+                client.write(PING * 100_000)
+            client.reset_output_buffer()
+        assert Path(port).exists()

@@ -4,17 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_sim.packet import (
-    HEADER,
-    DamagedPacket,
-    Packet,
-    PacketParser,
-    build_packet,
-    build_status,
-    crc16,
-    stuff,
-    unstuff,
-)
+from firmware_sim.packet import HEADER, build_packet, build_status, crc16, stuff, unstuff
+from firmware_sim.parser import DamagedPacket, Packet, PacketParser
 
 # Instruction and status packets printed in the e-Manual's page on Protocol 2.0.
 MANUAL_PACKETS = [

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from firmware_sim.errors import RigError
-from firmware_sim.rig import check_ids, find_arm, parse_servo, read_rig
+from firmware_sim.rig import check_ids, parse_servo
+from firmware_sim.rig_file import SET_UP, find_arm, read_rig
 
 FULL = """
 name = "an arm's own fields are none of the simulator's business"
@@ -55,6 +56,12 @@ def test_reads_every_field(tmp_path: Path) -> None:
 SERVO = '[[servo]]\nid = 1\nmodel = "xm430-w350"\n'
 
 
+def test_an_arms_servos_are_as_its_set_up_leaves_them(tmp_path: Path) -> None:
+    first, second = read_rig(rig_file(tmp_path, FULL), SET_UP)
+    assert [servo.model.baud_rates[servo.baud_code] for servo in (first, second)] == [10**6] * 2
+    assert (first.return_delay, second.return_delay) == (0, 0)
+
+
 @pytest.mark.parametrize(
     ("text", "table", "field", "says"),
     [
@@ -72,6 +79,7 @@ SERVO = '[[servo]]\nid = 1\nmodel = "xm430-w350"\n'
         (SERVO + "baud = 12345", 1, "baud", "none of xm430-w350's 9600"),
         (SERVO + "drive_mode = 2", 1, "drive_mode", "not simulated"),
         (SERVO + "rest_tick = 4096", 1, "rest_tick", "0 to 4095"),
+        (SERVO + "return_delay_us = 5", 1, "return_delay_us", "multiple of 2 us"),
         (SERVO + "return_delay_us = 510", 1, "return_delay_us", "0 to 508"),
         (SERVO + "supply_voltage = nan", 1, "supply_voltage", "not a number of volts"),
         (SERVO + "supply_voltage = -12", 1, "supply_voltage", "not a number of volts"),
