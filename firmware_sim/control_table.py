@@ -126,6 +126,32 @@ def indirect_rows(
     return addresses + data
 
 
+@dataclass(frozen=True, slots=True)
+class Span:
+    """What a range of addresses covers.
+
+    Parameters
+    ----------
+    registers : tuple of Register
+        All that it touches, by address.
+    begins_defined : bool
+        Whether its first byte belongs to one.
+    cuts : bool
+        Whether it holds only part of one.
+    holes : bool
+        Whether some of its bytes belong to none; not said of a span that cuts.
+    """
+
+    registers: tuple[Register, ...]
+    begins_defined: bool
+    cuts: bool
+    holes: bool
+
+
+_SPANS_KEPT = 512
+"""Ranges remembered for a table: clients use few, and a hostile one must not make this grow."""
+
+
 class ControlTable:
     """The registers of one model.
 
@@ -146,7 +172,7 @@ class ControlTable:
         self.by_address = {register.address: register for register in self.registers}
         self.size = self.registers[-1].end
         self._covering: dict[int, Register] = {}
-        self._spans: dict[tuple[int, int], tuple[Register, ...] | None] = {}
+        self._spans: dict[tuple[int, int], Span] = {}
         for register in self.registers:
             for address in range(register.address, register.end):
                 if address in self._covering:
@@ -162,29 +188,21 @@ class ControlTable:
         """Return the register that a byte belongs to, None for a hole."""
         return self._covering.get(address)
 
-    def whole_registers(self, address: int, size: int) -> tuple[Register, ...] | None:
-        """Return the registers that exactly fill a range.
-
-        Parameters
-        ----------
-        address, size : int
-            The range, bytes.
-
-        Returns
-        -------
-        tuple of Register, or None
-            None when the range cuts a register; holes are left out, so the sizes of what is
-            returned may add up to less than `size`.
-        """
+    def span(self, address: int, size: int) -> Span:
+        """Return what a range of bytes covers; `address` and `size` in bytes."""
         key = (address, size)
-        if key not in self._spans:
-            if len(self._spans) > 1024:  # a hostile client must not make the memory grow
+        found = self._spans.get(key)
+        if found is None:
+            if len(self._spans) >= _SPANS_KEPT:
                 self._spans.clear()
-            self._spans[key] = self._fill(address, address + size)
-        return self._spans[key]
+            found = self._spans[key] = self._cover(address, address + size)
+        return found
 
-    def _fill(self, start: int, end: int) -> tuple[Register, ...] | None:
-        inside = tuple(r for r in self.registers if r.end > start and r.address < end)
-        if any(r.address < start or r.end > end for r in inside):
-            return None
-        return inside
+    def _cover(self, start: int, end: int) -> Span:
+        touched = tuple(r for r in self.registers if r.end > start and r.address < end)
+        return Span(
+            touched,
+            begins_defined=start in self._covering,
+            cuts=any(r.address < start or r.end > end for r in touched),
+            holes=sum(r.size for r in touched) < end - start,
+        )

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import struct
+from functools import partial
 
-from firmware_sim.control_table import Area, ControlTable
+from firmware_sim.control_table import Area, ControlTable, Register
 
 _UNSIGNED = {1: "<B", 2: "<H", 4: "<I"}
+_SIGNED = {1: "<b", 2: "<h", 4: "<i"}
 
 
 class Memory:
@@ -23,15 +25,11 @@ class Memory:
         self.data = bytearray(table.size)
         """All bytes, by address; holes read 0."""
         self._codecs = {
-            register.name: (
-                struct.Struct(
-                    _UNSIGNED[register.size].lower()
-                    if register.signed
-                    else _UNSIGNED[register.size]
-                ),
-                register.address,
-            )
-            for register in table.registers
+            register.name: (_codec(register), register.address) for register in table.registers
+        }
+        self._readers = {
+            name: partial(codec.unpack_from, self.data, address)
+            for name, (codec, address) in self._codecs.items()
         }
         self.reset(Area.EEPROM)
         self.reset(Area.RAM)
@@ -44,11 +42,14 @@ class Memory:
 
     def value(self, name: str) -> int:
         """Return what the register of this name holds, with its sign."""
-        codec, address = self._codecs[name]
-        value: int = codec.unpack_from(self.data, address)[0]
+        value: int = self._readers[name]()[0]
         return value
 
     def store(self, name: str, value: int) -> None:
         """Set the register of this name; the value must fit into its bytes."""
         codec, address = self._codecs[name]
         codec.pack_into(self.data, address, value)
+
+
+def _codec(register: Register) -> struct.Struct:
+    return struct.Struct((_SIGNED if register.signed else _UNSIGNED)[register.size])

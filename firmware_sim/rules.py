@@ -8,8 +8,6 @@ data range error after it expired.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from firmware_sim.codes import OperatingMode, StatusError
 from firmware_sim.control_table import Access, Area, Register
 from firmware_sim.memory import Memory
@@ -36,8 +34,14 @@ _ONLY_MODELLED = {
 does, and are not modelled."""
 
 
-def refusal(model: ServoModel, memory: Memory, address: int, data: bytes) -> StatusError:
-    """Return why a write is refused, `StatusError.NONE` if it is not.
+Values = list[tuple[Register, int]]
+"""Registers, each with what is to be written there."""
+
+
+def check_write(
+    model: ServoModel, memory: Memory, address: int, data: bytes
+) -> tuple[StatusError, Values]:
+    """Return why a write is refused, `StatusError.NONE` if it is not, and what it writes.
 
     Parameters
     ----------
@@ -52,31 +56,29 @@ def refusal(model: ServoModel, memory: Memory, address: int, data: bytes) -> Sta
 
     Returns
     -------
-    StatusError
+    error : StatusError
         The first reason found.
+    values : list of (Register, int)
+        By address; empty with an error.
     """
-    registers = memory.table.whole_registers(address, len(data))
-    if memory.table.at(address) is None:
-        return StatusError.ACCESS
-    if registers is None or not data:
-        return StatusError.DATA_LENGTH
-    if sum(register.size for register in registers) != len(data):
-        return StatusError.ACCESS
-    for register, value in split(registers, address, data):
+    span = memory.table.span(address, len(data))
+    if not data:
+        return StatusError.DATA_LENGTH, []
+    if not span.begins_defined:
+        return StatusError.ACCESS, []
+    if span.cuts:
+        return StatusError.DATA_LENGTH, []
+    if span.holes:
+        return StatusError.ACCESS, []
+    values = []
+    for register in span.registers:
+        raw = data[register.address - address : register.end - address]
+        value = int.from_bytes(raw, "little", signed=register.signed)
         error = _refuse_value(model, memory, register, value)
         if error:
-            return error
-    return StatusError.NONE
-
-
-def split(
-    registers: tuple[Register, ...], address: int, data: bytes
-) -> Iterator[tuple[Register, int]]:
-    """Yield each register that `data` covers with its value."""
-    for register in registers:
-        start = register.address - address
-        raw = data[start : start + register.size]
-        yield register, int.from_bytes(raw, "little", signed=register.signed)
+            return error, []
+        values.append((register, value))
+    return StatusError.NONE, values
 
 
 def _refuse_value(model: ServoModel, memory: Memory, register: Register, value: int) -> StatusError:

@@ -30,6 +30,10 @@ do at a real port, and nothing piles up here."""
 _SPIN = 40.0e-6
 """How long before a due time sleeping ends and waiting begins, s: a sleep ends about this late."""
 
+_BATCH = 250.0e-6
+"""Answers that fall due within this time leave together, at the last one's time, s: as behind an
+adapter, and with half the work at 4 Mbaud."""
+
 _TIMER_SLACK_NS = 1000
 
 
@@ -101,14 +105,26 @@ class Server:
     def _patience(self, backlog: float) -> float | None:
         """Return how long to sleep, s; None for as long as nothing comes."""
         if self._due:
-            return max(0.0, self._due[0].due - self._clock.now() - self._spin())
+            moment, count = self._next_batch()
+            return max(0.0, moment - self._margin(count) - self._clock.now())
         if backlog > 0.0:
             return backlog
         return _HOUSEKEEPING if self._bus.moving else None
 
-    def _spin(self) -> float:
-        """Return how long to wait awake, s: only the last answer is waited for, so it is sharp."""
-        return _SPIN if len(self._due) == 1 else 0.0
+    def _next_batch(self) -> tuple[float, int]:
+        """Return when to speak next, s, and how many answers leave then."""
+        end = self._due[0].due + _BATCH
+        moment, count = 0.0, 0
+        for transmission in self._due:
+            if transmission.due > end:
+                break
+            moment = transmission.due
+            count += 1
+        return moment, count
+
+    def _margin(self, count: int) -> float:
+        """Return how long to wait awake, s: clients wait for the last answer, so it is sharp."""
+        return _SPIN if count == len(self._due) else 0.0
 
     def _listen(self) -> None:
         chunk = self._port.read()
@@ -118,11 +134,13 @@ class Server:
 
     def _speak(self) -> None:
         """Send what is due, waiting for what is about to be."""
-        while self._due and self._due[0].due - self._clock.now() <= self._spin():
-            transmission = self._due.popleft()
-            while self._clock.now() < transmission.due:
+        while self._due:
+            moment, count = self._next_batch()
+            if moment - self._clock.now() > self._margin(count):
+                return
+            while self._clock.now() < moment:
                 pass
-            self._port.write(transmission.data)
+            self._port.write(b"".join(self._due.popleft().data for _ in range(count)))
 
 
 def _sharpen_timer() -> None:

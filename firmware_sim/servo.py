@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from firmware_sim.actuator import Actuator
 from firmware_sim.codes import ALERT, TORQUE_ON_BY_GOAL, HardwareError, StatusError
-from firmware_sim.control_table import Area, Register
+from firmware_sim.control_table import Area
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
 from firmware_sim.motor import STEP
 from firmware_sim.present import END, FIRST, write_present
-from firmware_sim.rules import GOAL_NAMES, refusal, split
+from firmware_sim.rules import GOAL_NAMES, Values, check_write
 from firmware_sim.watchdog import BusWatchdog
 
 BOOT_TIME = 0.1
@@ -119,28 +119,22 @@ class Servo:
         Returns
         -------
         StatusError
-            See `rules.refusal`.
+            See `rules.check_write`.
         """
-        error = refusal(self.model, self.memory, address, data)
+        error, values = check_write(self.model, self.memory, address, data)
+        if not error and self.actuator.shut_down and _switches_on(values):
+            error = StatusError.RESULT_FAIL
         if error:
             return error
-        registers = self.model.table.whole_registers(address, len(data)) or ()
-        values = list(split(registers, address, data))
-        if self.actuator.shut_down and any(
-            register.name == "Torque Enable" and value for register, value in values
-        ):
-            return StatusError.RESULT_FAIL
-        changed = {
-            register.name for register, value in values if self.memory.value(register.name) != value
-        }
+        changes = [self.memory.value(register.name) != value for register, value in values]
         self.memory.data[address : address + len(data)] = data
-        for register, value in values:
-            self._wrote(register, value, register.name in changed)
+        for (register, value), changed in zip(values, changes, strict=True):
+            self._wrote(register.name, value, changed)
         return StatusError.NONE
 
     def register_write(self, address: int, data: bytes) -> StatusError:
         """Keep a write for the next action; a later one replaces it."""
-        error = refusal(self.model, self.memory, address, data)
+        error, _values = check_write(self.model, self.memory, address, data)
         if not error:
             self._registered = (address, data)
             self.memory.store("Registered Instruction", 1)
@@ -193,9 +187,8 @@ class Servo:
             self._steps += steps
             self.actuator.advance(steps)
 
-    def _wrote(self, register: Register, value: int, changed: bool) -> None:
+    def _wrote(self, name: str, value: int, changed: bool) -> None:
         """Do what a write brings about, one register at a time, in address order."""
-        name = register.name
         if name == "Goal Position":
             self.actuator.start_for_goal()
         elif name == "Torque Enable":
@@ -228,3 +221,7 @@ class Servo:
         self._watchdog.feed(self._now)
         self._take_settings()
         self.actuator.boot()
+
+
+def _switches_on(values: Values) -> bool:
+    return any(register.name == "Torque Enable" and value for register, value in values)
