@@ -84,6 +84,10 @@ class Annealed:
         The best vector ever met, for each motion.
     scores : array, shape (motions,)
         Its score.
+    members : array, shape (motions, population, parameters)
+        The whole population at the end.
+    member_scores : array, shape (motions, population)
+        Its scores.
     evaluations : int
         Roll-outs made.
     history : array, shape (generations + 1, motions)
@@ -96,6 +100,8 @@ class Annealed:
 
     parameters: FloatArray
     scores: FloatArray
+    members: FloatArray
+    member_scores: FloatArray
     evaluations: int
     history: FloatArray
     stable: bool
@@ -162,7 +168,9 @@ def anneal(
     except KeyboardInterrupt:
         interrupted = True
     evaluations = motions * plan.population * len(history)
-    return Annealed(best, best_scores, evaluations, np.array(history), stable, interrupted)
+    return Annealed(
+        best, best_scores, members, scores, evaluations, np.array(history), stable, interrupted
+    )
 
 
 def _better(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import msgspec
 import numba
@@ -17,58 +16,18 @@ from armsyn.ik import optimiser_settings
 from armsyn.kernels import rollout as kernels
 from armsyn.kernels.rollout import Captures, Timing
 from armsyn.motion.captures import Capture
-from armsyn.scoring import correlation, normalised_speed, profile_measures
-from armsyn.synergy.annealing import Annealed, Schedule, anneal
-from armsyn.synergy.controller import ARM_RATES, LIMIT_RATE, RAMP_S, RATES, Controller
-from armsyn.synergy.library import LearnedReach, SynergyLibrary, SynergySet
+from armsyn.scoring import normalised_speed
+from armsyn.synergy.annealing import Annealed, anneal
+from armsyn.synergy.judging import Judge
+from armsyn.synergy.library import LearnedReach, SynergyLibrary
 from armsyn.synergy.models import parameter_bounds, synergies
+from armsyn.synergy.options import LearningOptions
 from armsyn.synergy.training import Training, as_captures, prepare
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, str, int, int, float], None]
 
-LEAST_SPEED_R = 0.85
-GREATEST_DISTANCE = 0.08
-"""Of the arm's reach: the paper's distance beyond which a set does not fit."""
-SLOWEST = 2.0
-"""Movement times a set may take, in those of its capture."""
-ARRIVAL_M = 2e-3
-LONGEST_S = 6.0
 _CORES = numba.get_num_threads()
-
-
-@dataclass(frozen=True)
-class LearningOptions:
-    """What is learned and how.
-
-    Parameters
-    ----------
-    iks, models : tuple of str
-        Optimisers and synergy models; every pair is learned.
-    stable : bool
-        Bound gains below (arms that move); else the paper's bounds.
-    rate_hz : float
-        Frame rate of the roll-outs.
-    lambda_ : float or None
-        1/s; each optimiser's own when None.
-    seed : int
-    workers : int or None
-        Threads; all cores when None. The result does not depend on it.
-    schedule : Schedule
-    """
-
-    iks: tuple[str, ...] = ("svd",)
-    models: tuple[str, ...] = ("C",)
-    stable: bool = True
-    rate_hz: float = 120.0
-    lambda_: float | None = None
-    seed: int = 0
-    workers: int | None = None
-    schedule: Schedule = field(default_factory=Schedule)
-
-    def rate_of(self, ik: str) -> float:
-        """Lambda of an optimiser, 1/s."""
-        return self.lambda_ or (ARM_RATES if self.stable else RATES)[ik]
 
 
 def learn(
@@ -222,7 +181,7 @@ def _learned_reach(
 ) -> LearnedReach:
     profile = normalised_speed(training.time, training.landmarks[:, -1])
     sets = tuple(
-        _judged(arm, training, profile, ik, model, annealed.parameters[row], options)
+        Judge(arm, training, profile, ik, model, options).verdict(annealed, row)
         for (ik, model), annealed in found.items()
     )
     return LearnedReach(
@@ -235,55 +194,6 @@ def _learned_reach(
         start_residual_m=round(training.start_residual, 6),
         speed_profile=tuple(np.round(profile / profile.max(), 4).tolist()),
         sets=sets,
-    )
-
-
-def _judged(
-    arm: ArmDescription,
-    training: Training,
-    profile: FloatArray,
-    ik: str,
-    model: str,
-    parameters: FloatArray,
-    options: LearningOptions,
-) -> SynergySet:
-    """Play a set as an arm would (ramp, limits approached softly, to the target) and judge it."""
-    # Stored to six digits, so judged with six digits
-    stored = np.array([float(f"{value:.6g}") for value in parameters])
-    controller = Controller(arm.chain, ik, options.rate_of(ik))
-    lane = synergies(model, arm.chain.dof, stored)
-    dt = 1.0 / options.rate_hz
-    learned = controller.synthesize(
-        training.start, training.target, lane, dt=dt, frames=training.time.size
-    )
-    gaps = learned.positions[:, list(arm.landmark_frames)] - training.landmarks
-    distance = float(np.linalg.norm(gaps, axis=2).mean())
-    played = controller.synthesize(
-        training.start,
-        training.target,
-        lane,
-        dt=dt,
-        frames=int(LONGEST_S * options.rate_hz),
-        tolerance=ARRIVAL_M,
-        ramp=RAMP_S,
-        limit_rate=LIMIT_RATE,
-    )
-    hand = played.positions[:, -1]
-    speed_r = correlation(profile, normalised_speed(played.time, hand))
-    measures = profile_measures(played.time, hand)
-    misfit = ""
-    if not played.arrived:
-        misfit = f"stays {played.distance * 100:.1f} cm from the target"
-    elif distance > GREATEST_DISTANCE * arm.chain.reach:
-        misfit = f"distance {distance * 100:.1f} cm to the capture"
-    elif measures.speed_peaks != 1:
-        misfit = f"{measures.speed_peaks} peaks of hand speed"
-    elif measures.movement_time > SLOWEST * training.time[-1]:
-        misfit = f"takes {measures.movement_time:.2f} s, the capture {training.time[-1]:.2f} s"
-    elif speed_r < LEAST_SPEED_R:
-        misfit = f"speed correlation {speed_r:.2f}"
-    return SynergySet(
-        ik, model, tuple(stored.tolist()), round(distance, 6), round(speed_r, 4), misfit
     )
 
 

@@ -1,0 +1,223 @@
+"""Plan a human-like reach with the synergy of the nearest learned one.
+
+People reach faster than servos turn: a planned reach is slowed as a whole (lambda / kappa,
+s / kappa, the same path) until speed and acceleration limits hold; ``time_scale`` says kappa.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.errors import InputError, LimitError, UnreachableError
+from armsyn.ik import solve_ik
+from armsyn.motion import Motion
+from armsyn.synergy import LearnedReach, SynergyLibrary, SynergySet
+from armsyn.synergy.controller import LIMIT_RATE, RAMP_S, Controller, RollOut
+
+FloatArray = NDArray[np.float64]
+
+TOLERANCE_M = 5e-4
+"""A reach is planned to end within this distance of its target."""
+
+LONGEST_S = 8.0
+"""Longest reach before slowing; what takes longer to arrive does not arrive."""
+
+MARGIN = 1.02
+"""The trajectory keeps this factor inside the limits."""
+
+_MOST_SCALINGS = 40
+_SETTLE_S = 0.1
+
+
+@dataclass(frozen=True)
+class PlannedReach:
+    """A trajectory with where it came from.
+
+    Parameters
+    ----------
+    trajectory : Motion
+        Joint angles and the arm's landmarks at the streaming rate.
+    target : array, shape (3,)
+        m, base frame.
+    learned : LearnedReach
+        The captured reach whose synergy it uses.
+    synergy : SynergySet
+    rank : int
+        0 when that is the nearest; more when nearer ones did not arrive.
+    time_scale : float
+        kappa, how much slower than the learned reach.
+    """
+
+    trajectory: Motion
+    target: FloatArray
+    learned: LearnedReach
+    synergy: SynergySet
+    rank: int
+    time_scale: float
+
+
+@dataclass(frozen=True)
+class ReachPlanner:
+    """Plans reaches of one arm.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    library : SynergyLibrary
+        Learned for that arm.
+    ik : {"svd", "jt", "njt", "dls"}
+    model : {"A", "B", "C", "D"}
+        A is the paper's raw controller: one gain, no sigmoid.
+
+    Raises
+    ------
+    InputError
+        A library of another arm.
+    """
+
+    arm: ArmDescription
+    library: SynergyLibrary
+    ik: str = "svd"
+    model: str = "C"
+
+    def __post_init__(self) -> None:
+        if self.library.arm != self.arm.name or self.library.joint_names != self.arm.joint_names:
+            raise InputError(
+                f"the synergies are those of {self.library.arm}"
+                f" ({', '.join(self.library.joint_names)}), the arm is {self.arm.name}"
+                f" ({', '.join(self.arm.joint_names)}): run armsyn learn --arm {self.arm.name}"
+            )
+
+    def plan(self, posture: ArrayLike, target: ArrayLike, rate_hz: float) -> PlannedReach:
+        """Plan a reach from a posture to a target.
+
+        Parameters
+        ----------
+        posture : array_like, shape (n,)
+            Where the arm is, rad.
+        target : array_like, shape (3,)
+            Position of the hand, base frame, m.
+        rate_hz : float
+            Of the trajectory.
+
+        Returns
+        -------
+        PlannedReach
+
+        Raises
+        ------
+        InputError
+            Wrong counts, or not finite.
+        LimitError
+            The posture is outside the joints' ranges.
+        UnreachableError
+            No learned synergy brings the hand within `TOLERANCE_M`.
+        """
+        start = self.arm.chain.checked_posture(posture)
+        self._check_inside(start)
+        start = np.clip(start, self.arm.chain.lower, self.arm.chain.upper)
+        goal = np.asarray(target, dtype=np.float64)
+        if goal.shape != (3,) or not np.isfinite(goal).all():
+            raise InputError(f"a target is 3 finite numbers of metres, got {goal.tolist()}")
+        hand = self.arm.chain.forward(start).tip
+        candidates = self.library.nearest(hand, goal, self.ik, self.model)
+        nearest_miss = np.inf
+        for rank, (learned, synergy) in enumerate(candidates):
+            rolled = self._roll(start, goal, synergy, rate_hz, 1.0)
+            if rolled.arrived:
+                rolled, scale = self._slowed(start, goal, synergy, rate_hz)
+                trajectory = self._trajectory(rolled, rate_hz, learned)
+                return PlannedReach(trajectory, goal, learned, synergy, rank, scale)
+            nearest_miss = min(nearest_miss, rolled.distance)
+        raise UnreachableError(self._why_not(start, goal, nearest_miss), nearest_miss)
+
+    def _check_inside(self, posture: FloatArray) -> None:
+        """Encoders round: a posture may lie a tick outside a limit, not more."""
+        tick = 2 * np.pi / 4096
+        limits = zip(self.arm.joint, posture, strict=True)
+        for joint, value in limits:
+            nearest = min(max(value, joint.lower), joint.upper)
+            if abs(value - nearest) > tick:
+                raise LimitError(
+                    f"{joint.name} stands at {value:.3f} rad, outside its range"
+                    f" {joint.lower:g} to {joint.upper:g}: move it back by hand",
+                    joint.name,
+                    float(value),
+                    nearest,
+                )
+
+    def _roll(
+        self, start: FloatArray, goal: FloatArray, synergy: SynergySet, rate_hz: float, scale: float
+    ) -> RollOut:
+        controller = Controller(self.arm.chain, self.ik, self.library.lambdas[self.ik])
+        return controller.synthesize(
+            start,
+            goal,
+            self.library.synergy(synergy),
+            dt=1.0 / rate_hz,
+            frames=int(LONGEST_S * scale * rate_hz) + 2,
+            tolerance=TOLERANCE_M,
+            time_scale=scale,
+            ramp=RAMP_S,
+            limit_rate=LIMIT_RATE,
+        )
+
+    def _slowed(
+        self, start: FloatArray, goal: FloatArray, synergy: SynergySet, rate_hz: float
+    ) -> tuple[RollOut, float]:
+        """Slow the reach until every joint's speed and acceleration hold."""
+        scale = 1.0
+        for _ in range(_MOST_SCALINGS):
+            rolled = self._roll(start, goal, synergy, rate_hz, scale)
+            excess = self._excess(rolled.angles, rate_hz)
+            if excess <= 1.0:
+                return rolled, scale
+            scale *= max(excess, 1.01)
+        raise LimitError(
+            f"slowed {scale:.0f} times the reach still exceeds the joints' acceleration:"
+            " a joint meets its limit on the way; choose another target or --ik",
+            "",
+            excess,
+            1.0,
+        )
+
+    def _excess(self, angles: FloatArray, rate_hz: float) -> float:
+        """By how much the motion would have to be slowed; at most 1 when limits hold."""
+        at_rest = np.concatenate([angles[:1], angles, angles[-1:]])
+        velocity = np.diff(at_rest, axis=0) * rate_hz
+        acceleration = np.diff(velocity, axis=0) * rate_hz
+        speed = (np.abs(velocity) / self.arm.max_velocity).max()
+        strain = (np.abs(acceleration) / self.arm.max_acceleration).max()
+        return float(MARGIN * max(speed, np.sqrt(strain)))
+
+    def _trajectory(self, rolled: RollOut, rate_hz: float, learned: LearnedReach) -> Motion:
+        """Hold the last posture a moment, so that the recording shows the hand at rest."""
+        held = int(np.ceil(_SETTLE_S * rate_hz))
+        angles = np.concatenate([rolled.angles, np.repeat(rolled.angles[-1:], held, axis=0)])
+        positions = self.arm.chain.positions(angles)
+        return Motion(
+            time=np.arange(angles.shape[0]) / rate_hz,
+            joint_names=self.arm.joint_names,
+            angles=angles,
+            landmark_names=tuple(self.arm.landmarks),
+            landmarks=positions[:, list(self.arm.landmark_frames)],
+            source=f"planned for {self.arm.name} like {learned.name}",
+        )
+
+    def _why_not(self, start: FloatArray, goal: FloatArray, miss: float) -> str:
+        where = "({:.3f}, {:.3f}, {:.3f}) m".format(*goal)
+        best = solve_ik(self.arm.chain, goal, start, restarts=20, tolerance=TOLERANCE_M)
+        if not best.success:
+            return (
+                f"target {where} cannot be reached by {self.arm.name}: its hand stays"
+                f" {best.position_error * 100:.1f} cm away; choose a nearer target"
+            )
+        return (
+            f"target {where} is within reach of {self.arm.name}, but every learned synergy"
+            f" ({self.ik}/{self.model}) stops {miss * 100:.1f} cm or more short of it from this"
+            " posture, at a joint's limit: try another --ik, or go by way of another target"
+        )
