@@ -16,6 +16,12 @@ from firmware_sim.tables import MODEL_NAMES
 
 _MAX_RETURN_DELAY = 254
 
+_DESCRIPTION = """\
+Simulate Dynamixel servos behind a virtual serial port, until SIGINT or SIGTERM.
+The first line of the output is the port; it and its link are gone at the end.
+With --servo and --rig, what is not said is as the factory sets it: 57600 bit/s, return
+delay 500 us; with --arm, as an arm's set-up leaves it: 1 Mbit/s, no return delay."""
+
 
 class _OneLineParser(argparse.ArgumentParser):
     """Says what is wrong in one line."""
@@ -28,8 +34,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Return the command's parser."""
     parser = _OneLineParser(
         prog="firmware-sim",
-        description="Simulate Dynamixel servos behind a virtual serial port. The first line of the "
-        "output is the port; SIGINT or SIGTERM ends it, and removes the port and its link.",
+        description=_DESCRIPTION,
         epilog=(firmware_sim.__doc__ or "").split("\n\n", 2)[2],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -49,7 +54,12 @@ def build_parser() -> argparse.ArgumentParser:
         action="extend",
         help=f"one or more servos; models: {', '.join(MODEL_NAMES)}",
     )
-    parser.add_argument("--link", metavar="PATH", type=Path, help="symbolic link to the port")
+    parser.add_argument(
+        "--link",
+        metavar="PATH",
+        type=Path,
+        help="symbolic link to the port; one left by a simulator that was killed is replaced",
+    )
     parser.add_argument(
         "--calibration", metavar="DIR", type=Path, help="the only folder to look for --arm in"
     )

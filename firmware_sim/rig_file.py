@@ -59,7 +59,8 @@ def read_rig(path: Path, defaults: Mapping[str, int] = FACTORY) -> list[ServoSet
     Raises
     ------
     RigError
-        If the file cannot be read, or a table has a missing, unknown or impossible field.
+        If the file cannot be read, a table has a missing, unknown or impossible field, or two have
+        one ID.
     """
     try:
         if path.stat().st_size > _FILE_SIZE_CAP:
@@ -72,9 +73,24 @@ def read_rig(path: Path, defaults: Mapping[str, int] = FACTORY) -> list[ServoSet
     tables = document.get("servo")
     if not isinstance(tables, list) or not tables:
         raise RigError(f"{path} has no [[servo]] table", str(path), 0, "servo")
-    return [
+    servos = [
         _read_table(table, defaults, str(path), number) for number, table in enumerate(tables, 1)
     ]
+    _check_ids(servos, str(path))
+    return servos
+
+
+def _check_ids(servos: list[ServoSettings], file: str) -> None:
+    owners: dict[int, int] = {}
+    for number, servo in enumerate(servos, 1):
+        owner = owners.setdefault(servo.servo_id, number)
+        if owner != number:
+            raise RigError(
+                f"{file}: [[servo]] table {number}: id = {servo.servo_id} is table {owner}'s too",
+                file,
+                number,
+                "id",
+            )
 
 
 def _read_table(

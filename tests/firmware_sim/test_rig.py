@@ -79,6 +79,7 @@ def test_an_arms_servos_are_as_its_set_up_leaves_them(tmp_path: Path) -> None:
         (SERVO + "baud = 12345", 1, "baud", "none of xm430-w350's 9600"),
         (SERVO + "drive_mode = 2", 1, "drive_mode", "not simulated"),
         (SERVO + "rest_tick = 4096", 1, "rest_tick", "0 to 4095"),
+        (SERVO + SERVO, 2, "id", "id = 1 is table 1's too"),
         (SERVO + "return_delay_us = 5", 1, "return_delay_us", "multiple of 2 us"),
         (SERVO + "return_delay_us = 510", 1, "return_delay_us", "0 to 508"),
         (SERVO + "supply_voltage = nan", 1, "supply_voltage", "not a number of volts"),
