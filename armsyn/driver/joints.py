@@ -136,14 +136,15 @@ class JointGroup:
             before=self.goals_packet(command),
             margin=self.margin,
         )
-        state, raw = self._state, self._raw
+        state = self._state
         for row, identifier in enumerate(self.ids):
             reply = replies.get(identifier)
-            fresh = reply is not None and len(reply.parameters) == reg.STATE_SIZE
-            state.fresh[row] = fresh
             state.alert[row] = reply is not None and reply.alert
-            if reply is not None and fresh:
-                raw[row] = _STATE.unpack(reply.parameters)
+            if reply is not None and len(reply.parameters) == reg.STATE_SIZE:
+                self._raw[row] = _STATE.unpack(reply.parameters)
+                state.fresh[row] = True
+            else:
+                state.fresh[row] = False
         self._convert()
         return state
 

@@ -103,7 +103,7 @@ class StatusParser:
         """
         self._buffer += data
         packets = []
-        while self._skip_to_header():
+        while self._buffer and self._skip_to_header():
             end = self._end_of_packet()
             if end is None:
                 break
@@ -127,7 +127,8 @@ class StatusParser:
             kept = next((n for n in (3, 2, 1) if buffer.endswith(HEADER[:n])), 0)
             self._drop(len(buffer) - kept)
             return False
-        self._drop(start)
+        if start:
+            self._drop(start)
         return True
 
     def _end_of_packet(self) -> int | None:
