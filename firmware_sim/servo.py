@@ -218,7 +218,6 @@ class Servo:
         self._registered = None
         self._booted_at = self._now
         self._deaf_until = self._now + deaf_for
-        self._watchdog.feed(self._now)
         self._take_settings()
         self.actuator.boot()
 

@@ -146,6 +146,11 @@ def test_a_slow_byte_heard_fast_is_the_bits_that_last_longer() -> None:
     assert garble(b"\xff", 250_000, 1_000_000) == b"\xf8"  # three zeros after the start bit
 
 
+def test_a_fast_byte_heard_slowly_is_sampled_in_the_middle_of_the_slow_bits() -> None:
+    """0 1010 1010 1 on the line: at half the rate the samples fall on bits 3, 5, 7, 9, all ones."""
+    assert garble(b"\x55", 2_000_000, 1_000_000) == b"\xff"
+
+
 @pytest.mark.parametrize(("gap_rule", "answered"), [(False, 1), (True, 0)])
 def test_a_pause_within_a_packet_loses_it_where_the_gap_rule_is_on(
     bench: MakeBench, gap_rule: bool, answered: int

@@ -114,8 +114,9 @@ def test_sync_write_reaches_each_servo_and_is_not_answered(bench: MakeBench) -> 
 
 def test_sync_write_with_a_short_last_share_leaves_it_out(bench: MakeBench) -> None:
     rig = bench("xm430-w350:1", "xm430-w350:2")
-    rig.ask(254, 0x83, le(GOAL_POSITION, 4) + bytes((1, 0x10, 4, 0, 0, 2, 0x20, 4, 0)))
-    assert [rig.read(GOAL_POSITION, 4, i) for i in (1, 2)] == [0x0410, 2048]
+    gains = le(80, 4)  # two registers of two bytes, of which the last share has but one
+    rig.ask(254, 0x83, gains + bytes((1, 0x10, 0, 0x20, 0, 2, 0x30, 0)))
+    assert [rig.read(address, 2, i) for i in (1, 2) for address in (80, 82)] == [0x10, 0x20, 0, 0]
 
 
 @pytest.mark.parametrize(("level", "answered"), [(0, [1]), (1, [1, 2]), (2, [1, 2, 3])])

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
+from firmware_sim.drive import PositionDrive
 from firmware_sim.model import PWM_FULL, TICKS_PER_TURN
 from firmware_sim.motor import (
     AMBIENT_TEMPERATURE,
@@ -13,6 +14,7 @@ from firmware_sim.motor import (
     THERMAL_TIME,
     Motor,
 )
+from firmware_sim.profile import velocity_profile
 from firmware_sim.tables import MODEL_NAMES, find_model
 
 from .conftest import Bench
@@ -53,8 +55,10 @@ def test_speed_settles_with_the_mechanical_time_constant() -> None:
     time_constant = data.inertia * data.no_load_speed / 60.0 * 2.0 * math.pi / data.stall_torque
     motor = motor_of("xm540-w270")
     drive(motor, 1.0, 0.010)
-    expected = data.no_load_speed / 60.0 * TICKS_PER_TURN * (1.0 - math.exp(-0.010 / time_constant))
-    assert motor.velocity == pytest.approx(expected, rel=1e-9)
+    full = data.no_load_speed / 60.0 * TICKS_PER_TURN
+    settled = 1.0 - math.exp(-0.010 / time_constant)
+    assert motor.velocity == pytest.approx(full * settled, rel=1e-9)
+    assert motor.angle == pytest.approx(full * (0.010 - time_constant * settled), rel=1e-9)
     assert 0.005 < time_constant < 0.02
 
 
@@ -110,6 +114,27 @@ def test_the_xl430_shows_load_instead_of_current(bench: MakeBench) -> None:
     rig.servos[0].apply_load(0.3)
     rig.wait(3.0)
     assert rig.read(126, 2) == pytest.approx(1000 * 0.3 / 1.5, abs=2)
+
+
+@pytest.mark.parametrize(
+    ("gains", "expected"),
+    [
+        ((800, 0, 0), 20 * 800 / 128),
+        ((0, 6554, 0), 20 * 6554 / 65536),
+        ((0, 0, 160), 20 * 160 / 16),
+    ],
+    ids=["P", "I", "D"],
+)
+def test_gains_make_the_pwm_that_the_manual_says(
+    gains: tuple[int, int, int], expected: float
+) -> None:
+    """After one period with an error of 20 ticks: P/128, I/65536 and D/16 of it."""
+    drive = PositionDrive(motor_of("xm430-w350"))
+    drive.set_gains(*gains)
+    drive.engage()
+    drive.follow(velocity_profile(0.0, 0.0, 20.0, 0.0, 0.0))
+    drive.advance(1)
+    assert drive.pwm == pytest.approx(expected)
 
 
 def test_goal_pwm_caps_the_output(bench: MakeBench) -> None:
