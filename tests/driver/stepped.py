@@ -82,7 +82,12 @@ class SteppedArm:
         self.clock = SteppedClock()
         settings = {"Baud Rate": BAUD_CODE, "Return Delay Time": return_delay}
         self.servos = [
-            Servo(find_model(s.model), s.id, s.rest_tick, settings=dict(settings))
+            Servo(
+                find_model(s.model),
+                s.id,
+                s.rest_tick,
+                settings={**settings, "Drive Mode": s.drive_mode},
+            )
             for s in arm.servo
         ]
         self.port = SteppedPort(SimulatedBus(self.servos), self.clock, 1_000_000)
