@@ -1,5 +1,6 @@
 """Talking to an arm: bus, checks before torque, streaming, recording."""
 
+from armsyn.driver.path import straight_way
 from armsyn.driver.recording import Ending, Recording
 from armsyn.driver.recording_files import check_recording_path, save_recording
 from armsyn.driver.session import ArmSession, clear_watchdogs
@@ -11,4 +12,5 @@ __all__ = [
     "check_recording_path",
     "clear_watchdogs",
     "save_recording",
+    "straight_way",
 ]

@@ -221,3 +221,31 @@ class ReachPlanner:
             f" ({self.ik}/{self.model}) stops {miss * 100:.1f} cm or more short of it from this"
             " posture, at a joint's limit: try another --ik, or go by way of another target"
         )
+
+
+def joined(first: Motion, second: Motion) -> Motion:
+    """Return two motions of the same joints one after the other.
+
+    Parameters
+    ----------
+    first, second : Motion
+        At one rate; the second starts where the first ends.
+
+    Returns
+    -------
+    Motion
+    """
+    step = 1.0 / first.rate
+    rows = [(motion.angles, motion.landmarks) for motion in (first, second)]
+    angles, landmarks = (
+        None if any(part is None for part in parts) else np.concatenate(parts)
+        for parts in zip(*rows, strict=True)
+    )
+    return Motion(
+        time=np.concatenate([first.time, first.time[-1] + step + second.time - second.time[0]]),
+        joint_names=first.joint_names,
+        angles=angles,
+        landmark_names=first.landmark_names,
+        landmarks=landmarks,
+        source=f"{first.source}, then {second.source}",
+    )

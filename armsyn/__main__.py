@@ -1,0 +1,5 @@
+"""``python -m armsyn``."""
+
+from armsyn.cli.main import main
+
+main()

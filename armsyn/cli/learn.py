@@ -1,0 +1,242 @@
+"""`armsyn learn`: synergies of an arm from captured reaches."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from armsyn.synergy.library import SynergyLibrary
+    from armsyn.synergy.options import LearningOptions
+
+IKS = click.Choice(["svd", "jt", "njt", "dls"])
+MODELS = click.Choice(["A", "B", "C", "D"])
+
+
+@click.command()
+@click.option("--captures", "selection", required=True, metavar="SELECTION", help="See below.")
+@click.option("--arm", "arm_name", required=True, metavar="NAME", help="The arm to learn for.")
+@click.option(
+    "--model",
+    "models",
+    type=MODELS,
+    multiple=True,
+    default=("C",),
+    show_default=True,
+    help="Synergy model; may be given several times.",
+)
+@click.option(
+    "--ik",
+    "iks",
+    type=IKS,
+    multiple=True,
+    default=("svd",),
+    show_default=True,
+    help="Optimiser; may be given several times.",
+)
+@click.option(
+    "--stable/--paper-bounds",
+    default=None,
+    help="Gains of at least 0.25, so that the loop provably converges, or the paper's -5 to 5."
+    "  [default: stable for an arm with servos]",
+)
+@click.option("--lambda", "lambda_", type=float, help="Rate, 1/s  [default: the optimiser's own]")
+@click.option("--rate", "rate_hz", type=float, help="Frame rate, Hz  [default: 120]")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--population", type=click.IntRange(min=1), help="Members for each reach.")
+@click.option("--generations", type=click.IntRange(min=1), help="Over which steps shrink.")
+@click.option("--workers", type=click.IntRange(min=1), help="Threads  [default: all cores]")
+@click.option(
+    "--calibration",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="The only folder to look for the arm in.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Where to write  [default: the arm's .synergies.json beside its description]",
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def learn(**options: Any) -> None:
+    """Learn an arm's synergies from captured reaches.
+
+    SELECTION names captured reaches: garza (35 free reaches of one person; garza:return, the ways
+    back; garza:all, both; garza:ForwardHigh, one), hug_mp:S01 (14 reaches of one person in an
+    exoskeleton, on arm hug_mp4). Several are joined by commas. The captures are looked for in
+    $ARMSYN_CAPTURES, else in shared/captures beside the checkout.
+
+    Each reach gets its own parameters (Aubry, Julliard, Gibet 2009, 3.3). Ctrl-C keeps the best
+    so far. The result is the same for any number of workers.
+    """
+    from armsyn.arm import find_file, load_arm
+    from armsyn.motion.captures import load_captures
+    from armsyn.synergy.learning import learn as learn_synergies
+    from armsyn.synergy.library import save_library
+
+    arm = load_arm(options["arm_name"], options["calibration"])
+    description = find_file(arm.name, ".toml", options["calibration"])
+    out = options["out"] or description.with_name(f"{arm.name}.synergies.json")
+    _check_writable(out)
+    chosen = _learning_options(options, has_servos=bool(arm.servo))
+    captures = load_captures(options["selection"])
+    with _Progress() as progress:
+        library = learn_synergies(arm, options["selection"], captures, chosen, progress.update)
+    save_library(out, library)
+    _write_run(out)
+    _report(library, out, as_json=options["as_json"])
+
+
+def _learning_options(options: dict[str, Any], *, has_servos: bool) -> LearningOptions:
+    from armsyn.synergy.annealing import Schedule
+    from armsyn.synergy.options import LearningOptions
+
+    schedule = Schedule()
+    changed = {key: options[key] for key in ("population", "generations") if options[key]}
+    if "generations" in changed:
+        changed["max_generations"] = 2 * changed["generations"]
+    return LearningOptions(
+        iks=tuple(dict.fromkeys(options["iks"])),
+        models=tuple(dict.fromkeys(options["models"])),
+        stable=has_servos if options["stable"] is None else options["stable"],
+        rate_hz=options["rate_hz"] or 120.0,
+        lambda_=options["lambda_"],
+        seed=options["seed"],
+        workers=options["workers"],
+        schedule=Schedule(**{**schedule.__dict__, **changed}),
+    )
+
+
+def _check_writable(out: Path) -> None:
+    """Learning takes minutes: find out before, not after."""
+    from armsyn.errors import InputError
+
+    if not out.parent.is_dir():
+        raise InputError(f"{out}: the folder {out.parent} does not exist: make it first")
+
+
+class _Progress(AbstractContextManager["_Progress"]):
+    """A bar for each optimiser and model, on standard error."""
+
+    def __init__(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        self._bars = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.completed}/{task.total} generations"),
+            TextColumn("{task.fields[distance]}"),
+            TimeElapsedColumn(),
+            console=Console(stderr=True),
+        )
+        self._tasks: dict[tuple[str, str], Any] = {}
+
+    def __enter__(self) -> _Progress:
+        self._bars.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bars.stop()
+
+    def update(self, ik: str, model: str, generation: int, last: int, distance: float) -> None:
+        if (ik, model) not in self._tasks:
+            for earlier in self._tasks.values():
+                self._bars.update(earlier, total=self._bars.tasks[earlier].completed)
+                self._bars.stop_task(earlier)
+            name = f"S_{model} {ik}"
+            self._tasks[ik, model] = self._bars.add_task(name, total=last, distance="")
+        said = f"mean best {distance * 100:.2f} cm"
+        self._bars.update(self._tasks[ik, model], completed=generation, distance=said)
+
+
+def _write_run(out: Path) -> None:
+    """Command line, host and time, kept apart so that the result is the same bytes anywhere."""
+    import datetime
+    import json
+    import platform
+    import sys
+
+    import armsyn
+
+    run = {
+        "schema": "armsyn-run-1",
+        "command": ["armsyn", *sys.argv[1:]],
+        "version": armsyn.__version__,
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "time": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+    }
+    path = out.with_name(f"{out.name.removesuffix('.json')}.run.json")
+    path.write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
+
+
+def _report(library: SynergyLibrary, out: Path, *, as_json: bool) -> None:
+    import json
+
+    rows = [row for ik in library.lambdas for row in _rows(library, ik)]
+    not_fitting = {
+        f"{reach.name} {s.ik}/{s.model}": s.misfit
+        for reach in library.reaches
+        for s in reach.sets
+        if s.misfit and s.model in ("C", "D")  # S_A and S_B do not follow captured speed at all
+    }
+    if as_json:
+        document = {
+            "arm": library.arm,
+            "captures": library.captures,
+            "complete": library.complete,
+            "out": str(out),
+            "learned": rows,
+            "left_out": library.left_out,
+            "misfits": not_fitting,
+        }
+        click.echo(json.dumps(document, indent=2, allow_nan=False))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"{library.arm}: training distance to {library.captures}")
+    for heading in ("model", "ik", "lambda", "mean", "min", "max", "speed r", "usable"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        table.add_row(
+            f"S_{row['model']}",
+            row["ik"],
+            f"{row['lambda']:g}/s",
+            *(f"{row[key] * 100:.2f} cm" for key in ("mean_m", "min_m", "max_m")),
+            f"{row['mean_speed_r']:.3f}",
+            f"{row['usable']} of {row['reaches']}",
+        )
+    console = Console()
+    console.print(table)
+    for name, reason in {**library.left_out, **not_fitting}.items():
+        console.print(f"not used: {name}: {reason}", highlight=False, markup=False)
+    if not library.complete:
+        console.print("interrupted: the best so far was kept")
+    console.print(f"wrote {out}", highlight=False, markup=False)
+
+
+def _rows(library: SynergyLibrary, ik: str) -> list[dict[str, Any]]:
+    rows = []
+    for model in sorted({s.model for reach in library.reaches for s in reach.sets if s.ik == ik}):
+        sets = [s for r in library.reaches for s in r.sets if (s.ik, s.model) == (ik, model)]
+        distances = [s.distance_m for s in sets]
+        rows.append(
+            {
+                "model": model,
+                "ik": ik,
+                "lambda": library.lambdas[ik],
+                "reaches": len(sets),
+                "mean_m": sum(distances) / len(sets),
+                "min_m": min(distances),
+                "max_m": max(distances),
+                "mean_speed_r": sum(s.speed_r for s in sets) / len(sets),
+                "usable": sum(not s.misfit for s in sets),
+            }
+        )
+    return rows

@@ -1,0 +1,77 @@
+"""The command ``armsyn`` and what all its commands share: lazy loading, one-line errors."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+import click
+
+import armsyn
+from armsyn.errors import ArmsynError
+
+COMMANDS = {
+    "learn": "Learn an arm's synergies from captured reaches.",
+    "reach": "Reach a target as a person would, on a real or simulated arm.",
+    "score": "Score motion B against the captured (or reference) motion A.",
+}
+"""Each command with the first line of its help: `armsyn --help` imports none of them."""
+
+INTERRUPTED = 130
+
+
+class LazyGroup(click.Group):
+    """A group whose commands are imported when they are called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of the commands."""
+        del ctx
+        return sorted(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import the module of a command."""
+        del ctx
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"armsyn.cli.{cmd_name}")
+        command = getattr(module, cmd_name)
+        assert isinstance(command, click.Command)  # noqa: S101 - a slip of ours, not of a user
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        del ctx
+        with formatter.section("Commands"):
+            formatter.write_dl(sorted(COMMANDS.items()))
+
+
+@click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(armsyn.__version__, prog_name="armsyn")
+def cli() -> None:
+    """Human-like reaching for Dynamixel arms.
+
+    A target in space becomes a reach with the bell-shaped speed of people (synergy inverse
+    kinematics, learned from captured reaches), which is checked, streamed to the arm, recorded
+    and scored. Without --port the arm is simulated, and the first line says so.
+
+    Exit status: 0 done; 2 bad input; 3 a fault of the arm, bus or port; 4 a motion refused.
+    """
+
+
+def main() -> None:
+    """Run the command line; end with the exit status of what went wrong."""
+    try:
+        cli.main(prog_name="armsyn", standalone_mode=False)
+    except ArmsynError as error:
+        click.echo(f"armsyn: {_one_line(error)}", err=True)
+        sys.exit(error.exit_status)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("armsyn: interrupted", err=True)
+        sys.exit(INTERRUPTED)
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split())

@@ -1,0 +1,201 @@
+"""`armsyn reach`: a human-like reach on a real or simulated arm."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from armsyn.arm import ArmDescription
+    from armsyn.driver import ArmSession, Recording
+    from armsyn.motion import FloatArray
+    from armsyn.planning import PlannedReach, ReachPlanner
+
+DEFAULT_ARM = "human7"
+
+
+@dataclass(frozen=True)
+class Done:
+    """A reach that was made: what was planned, and what was recorded.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    start : array, shape (n,)
+        Posture before it, rad.
+    out : PlannedReach
+    back : PlannedReach or None
+        The way back, with ``--return``.
+    recording : Recording
+        Of both.
+    """
+
+    arm: ArmDescription
+    start: FloatArray
+    out: PlannedReach
+    back: PlannedReach | None
+    recording: Recording
+
+
+@click.command()
+@click.option(
+    "--target",
+    type=float,
+    nargs=3,
+    required=True,
+    metavar="X Y Z",
+    help="Where the hand goes: metres, arm base frame.",
+)
+@click.option("--arm", "arm_name", metavar="NAME", help=f"[default: {DEFAULT_ARM}, simulated]")
+@click.option("--port", metavar="PATH", help="Serial port of a real arm; without it, simulated.")
+@click.option("--rate", "rate_hz", type=float, default=200.0, show_default=True, help="Hz.")
+@click.option(
+    "--ik",
+    type=click.Choice(["svd", "jt", "njt", "dls"]),
+    default="svd",
+    show_default=True,
+    help="Optimiser.",
+)
+@click.option(
+    "--model",
+    type=click.Choice(["A", "B", "C", "D"]),
+    default="C",
+    show_default=True,
+    help="Synergy model.",
+)
+@click.option("--raw", is_flag=True, help="The controller without synergy: the paper's S_A.")
+@click.option("--return", "come_back", is_flag=True, help="Come back to where the hand started.")
+@click.option("--park", is_flag=True, help="Afterwards go to the rest posture; torque off.")
+@click.option(
+    "--record",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write what was commanded and measured (.npz or .csv).",
+)
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    metavar="FILE.png",
+    help="Draw the hand's speed: captured, planned, measured, raw.",
+)
+@click.option(
+    "--calibration",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="The only folder to look for the arm's files in.",
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def reach(**options: Any) -> None:
+    """Reach a target as a person would, on a real or simulated arm.
+
+    The reach uses the synergy of the nearest learned target, slowed as a whole until the arm's
+    limits hold. It is checked as a whole before torque goes on. Afterwards the arm holds the
+    target with its torque on; --park puts it to rest and lets go. Ctrl-C decelerates and, if the
+    way is short and checked, goes to the rest posture; a second Ctrl-C holds at once.
+    """
+    from armsyn.arm import find_file, load_arm
+    from armsyn.cli.reach_report import draw_speeds, report
+    from armsyn.driver import check_recording_path, save_recording
+    from armsyn.errors import InputError
+    from armsyn.planning import ReachPlanner
+    from armsyn.synergy import load_library
+
+    if options["port"] and not options["arm_name"]:
+        raise InputError("--port needs --arm: which arm is connected there?")
+    name, directory = options["arm_name"] or DEFAULT_ARM, options["calibration"]
+    arm = load_arm(name, directory)
+    library = load_library(find_file(name, ".synergies.json", directory))
+    planner = ReachPlanner(arm, library, options["ik"], "A" if options["raw"] else options["model"])
+    _check(options)
+    if options["record"]:
+        check_recording_path(options["record"])
+    with ExitStack() as stack:
+        port = options["port"] or _start_simulator(stack, find_file(name, ".toml", directory))
+        simulated = not options["port"]
+        _say_port(arm.name, port, simulated=simulated, as_json=options["as_json"])
+        done = _reach(planner, port, options, simulated=simulated)
+    if options["record"]:
+        save_recording(options["record"], done.recording, arm)
+    if options["plot"]:
+        draw_speeds(options["plot"], done, planner)
+    report(done, record=options["record"], plot=options["plot"], as_json=options["as_json"])
+
+
+def _check(options: dict[str, Any]) -> None:
+    """What can be known to be wrong before any port is opened."""
+    import math
+
+    from armsyn.errors import InputError
+
+    if not all(math.isfinite(value) for value in options["target"]):
+        raise InputError(f"--target must be three finite numbers of metres: {options['target']}")
+    if not (math.isfinite(options["rate_hz"]) and 0 < options["rate_hz"] <= 2000):
+        raise InputError(f"--rate must be above 0 and at most 2000 Hz, got {options['rate_hz']:g}")
+    plot = options["plot"]
+    if plot and (plot.suffix.lower() != ".png" or not plot.parent.is_dir()):
+        raise InputError(f"--plot {plot}: must end in .png, in a folder that exists")
+
+
+def _start_simulator(stack: ExitStack, description: Path) -> str:
+    from armsyn.cli.simulator import simulated_arm
+
+    return stack.enter_context(simulated_arm(description))
+
+
+def _say_port(name: str, port: str, *, simulated: bool, as_json: bool) -> None:
+    where = f"simulated {name} on {port} (firmware_sim; no hardware moves)"
+    click.echo(where if simulated else f"{name} on {port}", err=as_json)
+
+
+def _reach(planner: ReachPlanner, port: str, options: dict[str, Any], *, simulated: bool) -> Done:
+    import numpy as np
+
+    from armsyn.driver import ArmSession, straight_way
+    from armsyn.planning import joined
+
+    arm, rate = planner.arm, options["rate_hz"]
+    with ArmSession.open(port, arm, rate, simulated=simulated) as session:
+        start = session.read_posture()
+        out = planner.plan(start, np.array(options["target"]), rate)
+        trajectory, back = out.trajectory, None
+        if options["come_back"]:
+            assert trajectory.angles is not None  # noqa: S101 - planned
+            back = planner.plan(trajectory.angles[-1], arm.chain.forward(start).tip, rate)
+            trajectory = joined(trajectory, back.trajectory)
+        park = None
+        if options["park"]:
+            assert trajectory.angles is not None  # noqa: S101 - planned
+            park = straight_way(trajectory.angles[-1], arm.rest, arm, rate)
+        recording = _run(session, trajectory, park, options)
+        return Done(arm, start, out, back, recording)
+
+
+def _run(session: ArmSession, trajectory: Any, park: Any, options: dict[str, Any]) -> Recording:
+    """Run with a progress bar; keep what was recorded also when a fault ends it."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from armsyn.driver import save_recording
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, auto_refresh=False) as bar:
+        task = bar.add_task("moving", total=1.0)
+        shown = 0.0
+
+        def show(path_time: float, duration: float) -> None:
+            nonlocal shown
+            if path_time - shown >= 0.2:  # a terminal must not cost ticks
+                shown = path_time
+                bar.update(task, completed=path_time / duration, refresh=True)
+
+        try:
+            return session.run(trajectory, park, show if console.is_terminal else None)
+        except BaseException:
+            if session.recording is not None and options["record"]:
+                save_recording(options["record"], session.recording, session.arm)
+                click.echo(f"what was recorded until then: {options['record']}", err=True)
+            raise

@@ -1,0 +1,77 @@
+"""A simulated arm in a process of its own, for commands that were given no port."""
+
+from __future__ import annotations
+
+import select
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from armsyn.errors import PortError
+
+_START_S = 15.0
+_STOP_S = 5.0
+
+
+@contextmanager
+def simulated_arm(description: Path) -> Iterator[str]:
+    """Run ``firmware_sim`` for an arm for as long as the block lasts.
+
+    The simulator ends with its standard input, so that it outlives nobody, however this
+    process ends. Ctrl-C is for the driver: the simulator runs in a session of its own.
+
+    Parameters
+    ----------
+    description : Path
+        The arm's TOML file.
+
+    Yields
+    ------
+    str
+        The port.
+
+    Raises
+    ------
+    PortError
+        When it does not start.
+    """
+    command = [sys.executable, "-m", "firmware_sim", "--arm", description.stem]
+    command += ["--calibration", str(description.parent), "--exit-with-stdin"]
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        yield _port_of(process)
+    finally:
+        _stop(process)
+
+
+def _port_of(process: subprocess.Popen[str]) -> str:
+    assert process.stdout is not None and process.stderr is not None  # noqa: S101, PT018 - pipes
+    ready, _, _ = select.select([process.stdout], [], [], _START_S)
+    port = process.stdout.readline().strip() if ready else ""
+    if not port:
+        process.kill()
+        said = " ".join(process.stderr.read().split()) or "it said nothing"
+        raise PortError(f"the simulated arm did not start: {said}")
+    return port
+
+
+def _stop(process: subprocess.Popen[str]) -> None:
+    assert process.stdin is not None  # noqa: S101 - a pipe
+    process.stdin.close()
+    try:
+        process.wait(_STOP_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    for pipe in (process.stdout, process.stderr):
+        if pipe is not None:
+            pipe.close()
