@@ -173,7 +173,7 @@ def check_facts(facts: tuple[ServoFacts, ...]) -> None:
     Raises
     ------
     HardwareFaultError
-        A latched hardware error, or a bus watchdog that has expired.
+        A latched hardware error, or a bus watchdog that has expired or is about to.
     ServoMismatchError
         An operating mode, drive mode or homing offset that this driver cannot stream to.
     """
@@ -208,6 +208,14 @@ def _check_faults(servo: ServoFacts) -> None:
             f"{servo.title} reports a hardware error:"
             f" {reg.hardware_error_names(servo.hardware_error)}"
             "; see to the cause, support the arm, then reboot the servo (its torque drops)",
+            servo.servo_id,
+        )
+    if servo.bus_watchdog > 0 and servo.torque_enabled:
+        raise HardwareFaultError(
+            f"{servo.title} holds with its bus watchdog armed (register 98 reads"
+            f" {servo.bus_watchdog}): another program moves the arm, or has just ended with a"
+            " fault; end it, look at the arm, then write 0 to register 98 of its servos"
+            " (armsyn.driver.clear_watchdogs does)",
             servo.servo_id,
         )
     if servo.bus_watchdog == reg.WATCHDOG_EXPIRED:

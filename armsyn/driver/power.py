@@ -113,7 +113,7 @@ def torque_off(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
 
 
 def release_watchdogs(bus: Bus, ids: tuple[int, ...]) -> tuple[int, ...]:
-    """Clear expired bus watchdogs, holding each servo where it is.
+    """Switch bus watchdogs off; a servo that one has stopped is held where it is.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def release_watchdogs(bus: Bus, ids: tuple[int, ...]) -> tuple[int, ...]:
     Returns
     -------
     tuple of int
-        Servos whose watchdog had expired.
+        Servos whose watchdog was armed or had expired.
 
     Raises
     ------
@@ -131,13 +131,15 @@ def release_watchdogs(bus: Bus, ids: tuple[int, ...]) -> tuple[int, ...]:
         As the bus.
     """
     watchdogs = bus.read_all(reg.BUS_WATCHDOG, ids)
-    expired = tuple(i for i, value in watchdogs.items() if value == reg.WATCHDOG_EXPIRED)
-    if expired:
-        present = bus.read_all(reg.PRESENT_POSITION, expired)
+    active = tuple(i for i, value in watchdogs.items() if value)
+    expired = tuple(i for i in active if watchdogs[i] == reg.WATCHDOG_EXPIRED)
+    present = bus.read_all(reg.PRESENT_POSITION, expired) if expired else {}
+    if active:
         # back to back: a goal from before must not start a motion in between
-        bus.sync_write(reg.BUS_WATCHDOG, dict.fromkeys(expired, 0))
+        bus.sync_write(reg.BUS_WATCHDOG, dict.fromkeys(active, 0))
+    if expired:
         bus.sync_write(reg.GOAL_POSITION, present)
-    return expired
+    return active
 
 
 def _set(bus: Bus, facts: tuple[ServoFacts, ...], register: reg.Register, value: int) -> None:

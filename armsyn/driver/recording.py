@@ -21,15 +21,22 @@ from armsyn.motion import Motion
 FloatArray = NDArray[np.float64]
 
 
+CLEARING = (
+    "the servos' watchdogs stay armed and expire when this program ends: look at the arm, then"
+    " write 0 to register 98 of its servos (armsyn.driver.clear_watchdogs does)"
+)
+"""What follows from a fault, and how to clear it."""
+
+
 class Ending(enum.Enum):
-    """How a run left the arm."""
+    """How a run left the arm, in words for the operator."""
 
     COMPLETED = "at the target, torque on, holding"
     PARKED = "parked, torque off"
     STOPPED_HOLDING = "stopped on request, torque on, holding where it came to rest"
     STOPPED_PARKED = "stopped on request, moved to the rest posture, torque on, holding"
-    ABORTED = "held at once on the second request to stop, torque on, watchdog armed"
-    FAULT = "held at once on a fault, torque as the fault left it, watchdog armed"
+    ABORTED = f"held at once on the second request to stop, torque on; {CLEARING}"
+    FAULT = f"held at once on a fault, torque as the fault left it; {CLEARING}"
 
 
 @dataclass(frozen=True)

@@ -247,7 +247,7 @@ def _check_description(arm: ArmDescription) -> None:
 
 
 def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:
-    """Clear the bus watchdogs that stopped an arm, holding every servo where it is.
+    """Switch off the bus watchdogs that a fault left, holding every servo where it is.
 
     Look at the arm first: this is the operator's word that it may move again.
 
@@ -259,7 +259,7 @@ def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:
     Returns
     -------
     tuple of int
-        IDs of the servos whose watchdog had expired.
+        IDs of the servos whose watchdog was armed or had expired.
 
     Raises
     ------

@@ -21,7 +21,7 @@ SUCCESS_WINDOW = 100
 LOWEST_SUCCESS = 0.5
 """Success rate of a full window below which the stream gives up."""
 
-LONGEST_SILENCE = 0.1
+LONGEST_SILENCE = 0.2
 """Seconds without a reply after which a servo counts as silent: an error budget, not one strike."""
 
 SETTLED_ERROR = 0.005

@@ -10,6 +10,7 @@ from armsyn.driver.power import WATCHDOG_UNITS
 from armsyn.errors import (
     ArmFaultError,
     ArmsynError,
+    BusError,
     BusTimeoutError,
     FollowingError,
     HardwareFaultError,
@@ -116,8 +117,11 @@ def test_second_request_holds_at_once(stepped: SteppedArm) -> None:
     assert stepped.value("Bus Watchdog") == ARMED
     goals = stepped.value("Goal Position")
     assert goals == stepped.description.calibration.to_ticks(recording.commanded_rad[-1]).tolist()
+    assert "write 0 to register 98" in recording.ending.value
     with pytest.raises(ArmFaultError, match="second request"):
         session.run(stepped.way(*LARGE))
+    with pytest.raises(HardwareFaultError, match="bus watchdog armed"):  # nor another program
+        stepped.session()
     assert goals_after(stepped, 1.0) == goals
     assert stepped.value("Bus Watchdog") == EXPIRED
 
@@ -183,6 +187,18 @@ def test_a_few_lost_replies_are_no_fault(stepped: SteppedArm) -> None:
     assert recording.stale.any()
     motion = recording.measured_motion(stepped.description)
     assert np.isfinite(motion.angles).all()
+
+
+def test_too_many_lost_replies_are_a_fault(stepped: SteppedArm) -> None:
+    count = iter(range(10**6))
+    lose = without(2)
+
+    def start_losing() -> None:
+        stepped.damage = lambda data: lose(data) if next(count) % 3 else data
+
+    stepped.at(0.1, start_losing)
+    error = fault_at(stepped, BusError)
+    assert "of the last 100 commands" in str(error)
 
 
 def test_a_lost_port_ends_the_run(stepped: SteppedArm) -> None:
