@@ -46,7 +46,8 @@ def forward(
     translation: FloatArray,
     prismatic: BoolArray,
     q: FloatArray,
-    trig: FloatArray,
+    sines: FloatArray,
+    cosines: FloatArray,
     origins: FloatArray,
     axes: FloatArray,
     tip: FloatArray,
@@ -55,10 +56,10 @@ def forward(
 
     Fills `origins`, shape (n + 1, 3), positions of every joint and the tip, m; `axes`, shape
     (n, 3), the joints' axes; and `tip`, shape (3, 3), the tip's orientation; all in the base
-    frame. `trig`, shape (2, n), is workspace.
+    frame. `sines` and `cosines`, shape (n,), are workspace.
     """
     n = q.shape[0]
-    sines_and_cosines(q, trig[0], trig[1])
+    sines_and_cosines(q, sines, cosines)
     r00 = r11 = r22 = 1.0
     r01 = r02 = r10 = r12 = r20 = r21 = 0.0
     x = y = z = 0.0
@@ -98,8 +99,8 @@ def forward(
                 y += a12 * q[i]
                 z += a22 * q[i]
             else:
-                s = trig[0, i]
-                c = trig[1, i]
+                s = sines[i]
+                c = cosines[i]
         origins[i, 0] = x
         origins[i, 1] = y
         origins[i, 2] = z
@@ -130,26 +131,23 @@ def jacobian(prismatic: BoolArray, origins: FloatArray, axes: FloatArray, J: Flo
     ex = origins[n, 0]
     ey = origins[n, 1]
     ez = origins[n, 2]
+    # As if every joint turned: without a branch the loop runs several joints at a time
     for i in range(n):
-        ax = axes[i, 0]
-        ay = axes[i, 1]
-        az = axes[i, 2]
-        slides = prismatic[i]
-        if slides:
-            J[0, i] = ax
-            J[1, i] = ay
-            J[2, i] = az
-        else:
-            dx = ex - origins[i, 0]
-            dy = ey - origins[i, 1]
-            dz = ez - origins[i, 2]
-            J[0, i] = ay * dz - az * dy
-            J[1, i] = az * dx - ax * dz
-            J[2, i] = ax * dy - ay * dx
-        if m == 6:
-            J[3, i] = 0.0 if slides else ax
-            J[4, i] = 0.0 if slides else ay
-            J[5, i] = 0.0 if slides else az
+        dx = ex - origins[i, 0]
+        dy = ey - origins[i, 1]
+        dz = ez - origins[i, 2]
+        J[0, i] = axes[i, 1] * dz - axes[i, 2] * dy
+        J[1, i] = axes[i, 2] * dx - axes[i, 0] * dz
+        J[2, i] = axes[i, 0] * dy - axes[i, 1] * dx
+    for k in range(3, m):
+        for i in range(n):
+            J[k, i] = axes[i, k - 3]
+    for i in range(n):
+        if prismatic[i]:
+            for k in range(3):
+                J[k, i] = axes[i, k]
+            for k in range(3, m):
+                J[k, i] = 0.0
 
 
 @kernel
@@ -157,7 +155,8 @@ def positions_along(chain: ChainArrays, path: FloatArray) -> FloatArray:
     """Positions of all joints and the tip along `path`, (frames, n) to (frames, n + 1, 3), m."""
     frames, n = path.shape
     positions = np.empty((frames, n + 1, 3))
-    trig = np.empty((2, n))
+    sines = np.empty(n)
+    cosines = np.empty(n)
     axes = np.empty((n, 3))
     tip = np.empty((3, 3))
     for frame in range(frames):
@@ -166,7 +165,8 @@ def positions_along(chain: ChainArrays, path: FloatArray) -> FloatArray:
             chain.translation,
             chain.prismatic,
             path[frame],
-            trig,
+            sines,
+            cosines,
             positions[frame],
             axes,
             tip,
@@ -185,7 +185,8 @@ def jacobian_at(chain: ChainArrays, q: FloatArray, J: FloatArray) -> None:
         chain.translation,
         chain.prismatic,
         q,
-        np.empty((2, n)),
+        np.empty(n),
+        np.empty(n),
         origins,
         axes,
         np.empty((3, 3)),

@@ -1,4 +1,4 @@
-"""Small symmetric systems without LAPACK: a 3 x 3 in closed form, any size by Jacobi rotations.
+"""Small symmetric systems without LAPACK.
 
 LAPACK inside the controller's step costs 5.8 us where the whole step takes 0.2.
 """
@@ -22,24 +22,6 @@ def gram(J: FloatArray, B: FloatArray) -> None:
                 total += J[i, k] * J[j, k]
             B[i, j] = total
             B[j, i] = total
-
-
-@kernel
-def solve_symmetric3(B: FloatArray, d: FloatArray, y: FloatArray) -> float:
-    """Solve B y = d for a symmetric 3 x 3 B by cofactors; returns det(B), y filled if it is > 0."""
-    c00 = B[1, 1] * B[2, 2] - B[1, 2] * B[1, 2]
-    c01 = B[0, 2] * B[1, 2] - B[0, 1] * B[2, 2]
-    c02 = B[0, 1] * B[1, 2] - B[0, 2] * B[1, 1]
-    determinant = B[0, 0] * c00 + B[0, 1] * c01 + B[0, 2] * c02
-    if determinant > 0.0:
-        c11 = B[0, 0] * B[2, 2] - B[0, 2] * B[0, 2]
-        c12 = B[0, 1] * B[0, 2] - B[0, 0] * B[1, 2]
-        c22 = B[0, 0] * B[1, 1] - B[0, 1] * B[0, 1]
-        scale = 1.0 / determinant
-        y[0] = (c00 * d[0] + c01 * d[1] + c02 * d[2]) * scale
-        y[1] = (c01 * d[0] + c11 * d[1] + c12 * d[2]) * scale
-        y[2] = (c02 * d[0] + c12 * d[1] + c22 * d[2]) * scale
-    return float(determinant)
 
 
 @kernel

@@ -213,7 +213,8 @@ def roll_out(
     rate, dt, ramp, limit_rate = timing
     share = min(1.0, limit_rate * dt)
     q = path[0].copy()
-    trig, axes, tip = np.empty((2, n)), np.empty((n, 3)), np.empty((3, 3))
+    sines, cosines = np.empty(n), np.empty(n)
+    axes, tip = np.empty((n, 3)), np.empty((3, 3))
     J, dX, dq = np.empty((m, n)), np.empty(m), np.empty(n)
     B, V, y = np.empty((m, m)), np.empty((m, m)), np.empty(m)
     distance = 0.0
@@ -221,7 +222,7 @@ def roll_out(
         for i in range(n):
             path[frame, i] = q[i]
         origins = positions[frame]
-        forward(rotation, translation, prismatic, q, trig, origins, axes, tip)
+        forward(rotation, translation, prismatic, q, sines, cosines, origins, axes, tip)
         distance = task_error(position, orientation, origins[n], tip, dX)
         turn = 0.0
         for k in range(3, m):

@@ -36,7 +36,8 @@ def descend(
     n = q.shape[0]
     m = 6 if orientation.shape[0] == 3 else 3
     rotation, translation, prismatic, lower, upper = chain
-    trig, axes, tip = np.empty((2, n)), np.empty((n, 3)), np.empty((3, 3))
+    sines, cosines = np.empty(n), np.empty(n)
+    axes, tip = np.empty((n, 3)), np.empty((3, 3))
     origins = np.empty((n + 1, 3))
     J, dX, dq = np.empty((m, n)), np.empty(m), np.empty(n)
     B, V, y = np.empty((m, m)), np.empty((m, m)), np.empty(m)
@@ -44,7 +45,7 @@ def descend(
     best_distance = best_angle = math.inf
     steps = 0
     for iteration in range(max_steps + 1):
-        forward(rotation, translation, prismatic, q, trig, origins, axes, tip)
+        forward(rotation, translation, prismatic, q, sines, cosines, origins, axes, tip)
         distance = task_error(position, orientation, origins[n], tip, dX)
         angle = 0.0
         for k in range(3, m):
