@@ -208,10 +208,12 @@ def draw_speeds(path: Path, done: Done, planner: ReachPlanner) -> None:
     raw = _raw(done, planner)
     if raw is not None:
         _draw(axes, raw, "raw controller (S_A), planned", color="k", linestyle=":")
-    axes.set(xlabel="time, s", ylabel="hand speed, m/s", xlim=(0, 1.5 * measured.time[-1]))
+    highest = max(line.get_ydata().max() for line in axes.get_lines())
+    axes.set(xlabel="time, s", ylabel="hand speed, m/s")
+    axes.set(xlim=(0, 1.3 * measured.time[-1]), ylim=(0, 1.4 * highest))
     x, y, z = done.out.target
     axes.set_title(f"{done.arm.name} ({kind}) reaches for ({x:.2f}, {y:.2f}, {z:.2f}) m")
-    axes.legend()
+    axes.legend(loc="upper right")
     axes.grid(visible=True, alpha=0.3)
     with replacing(path) as temporary:
         figure.savefig(temporary, format="png", dpi=120)

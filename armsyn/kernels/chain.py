@@ -55,10 +55,10 @@ def forward(
     """Forward kinematics of posture q, shape (n,).
 
     Fills `origins`, shape (n + 1, 3), positions of every joint and the tip, m; `axes`, shape
-    (n, 3), the joints' axes; and `tip`, shape (3, 3), the tip's orientation; all in the base
-    frame. `sines` and `cosines`, shape (n,), are workspace.
+    (n, 3), the joints' axes; and `tip`, shape (3, 3), the tip's orientation (not worked out for
+    one of shape (0, 0)); all in the base frame. `sines` and `cosines`, shape (n,), are workspace.
     """
-    n = q.shape[0]
+    n = axes.shape[0]
     sines_and_cosines(q, sines, cosines)
     r00 = r11 = r22 = 1.0
     r01 = r02 = r10 = r12 = r20 = r21 = 0.0
@@ -70,6 +70,12 @@ def forward(
         x += r00 * t0 + r01 * t1 + r02 * t2
         y += r10 * t0 + r11 * t1 + r12 * t2
         z += r20 * t0 + r21 * t1 + r22 * t2
+        if i == n:
+            origins[i, 0] = x
+            origins[i, 1] = y
+            origins[i, 2] = z
+            if tip.shape[0] == 0:
+                return
         f00 = rotation[i, 0, 0]
         f01 = rotation[i, 0, 1]
         f02 = rotation[i, 0, 2]
@@ -101,9 +107,9 @@ def forward(
             else:
                 s = sines[i]
                 c = cosines[i]
-        origins[i, 0] = x
-        origins[i, 1] = y
-        origins[i, 2] = z
+            origins[i, 0] = x
+            origins[i, 1] = y
+            origins[i, 2] = z
         r00 = a00 * c + a01 * s
         r01 = a01 * c - a00 * s
         r02 = a02
@@ -158,7 +164,7 @@ def positions_along(chain: ChainArrays, path: FloatArray) -> FloatArray:
     sines = np.empty(n)
     cosines = np.empty(n)
     axes = np.empty((n, 3))
-    tip = np.empty((3, 3))
+    tip = np.empty((0, 0))
     for frame in range(frames):
         forward(
             chain.rotation,
@@ -189,6 +195,6 @@ def jacobian_at(chain: ChainArrays, q: FloatArray, J: FloatArray) -> None:
         np.empty(n),
         origins,
         axes,
-        np.empty((3, 3)),
+        np.empty((0, 0)),
     )
     jacobian(chain.prismatic, origins, axes, J)

@@ -175,7 +175,7 @@ def apply_synergy(
     """
     shared = slopes.shape[0] == 1
     phi = 0.0
-    for i in range(q.shape[0]):
+    for i in range(dq.shape[0]):
         if i == 0 or not shared:
             phi = factor / (1.0 + math.exp(offsets[i] - slopes[i] * t))
         change = phi * gains[i] * dq[i]
@@ -212,9 +212,11 @@ def roll_out(
     position, orientation = task
     rate, dt, ramp, limit_rate = timing
     share = min(1.0, limit_rate * dt)
-    q = path[0].copy()
-    sines, cosines = np.empty(n), np.empty(n)
-    axes, tip = np.empty((n, 3)), np.empty((3, 3))
+    # Padded to whole vectors, else seven sines are worked out one by one
+    q = np.zeros((n + 7) // 8 * 8)
+    q[:n] = path[0]
+    sines, cosines = np.empty_like(q), np.empty_like(q)
+    axes, tip = np.empty((n, 3)), np.empty((m - 3, m - 3))
     J, dX, dq = np.empty((m, n)), np.empty(m), np.empty(n)
     B, V, y = np.empty((m, m)), np.empty((m, m)), np.empty(m)
     distance = 0.0

@@ -205,7 +205,10 @@ def save_library(path: Path, library: SynergyLibrary) -> None:
     InputError
         When the place cannot be written.
     """
-    text = msgspec.json.format(msgspec.json.encode(library), indent=1)
+    # One line a reach: a file that is kept under version control should show what changed
+    frame = msgspec.json.format(msgspec.json.encode(msgspec.structs.replace(library, reaches=())))
+    reaches = b",\n    ".join(msgspec.json.encode(reach) for reach in library.reaches)
+    text = frame.replace(b'"reaches": []', b'"reaches": [\n    ' + reaches + b"\n  ]")
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         try:
