@@ -27,6 +27,30 @@ def from_rpy(rpy: ArrayLike) -> FloatArray:
     )
 
 
+def to_rpy(rotation: ArrayLike) -> FloatArray:
+    """Fixed-axis roll, pitch, yaw of a rotation matrix.
+
+    The roll is found after the yaw is undone, so that ``from_rpy`` gives the matrix back to
+    rounding even where pitch is +-pi/2 and only roll and yaw together are determined.
+
+    Parameters
+    ----------
+    rotation : array_like, shape (3, 3)
+        Rz(yaw) Ry(pitch) Rx(roll).
+
+    Returns
+    -------
+    array, shape (3,)
+        Roll, pitch in [-pi/2, pi/2], yaw, rad.
+    """
+    R = np.asarray(rotation, dtype=np.float64)
+    yaw = np.arctan2(R[1, 0], R[0, 0])
+    pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
+    s, c = np.sin(yaw), np.cos(yaw)
+    roll = np.arctan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
+    return np.array([roll, pitch, yaw])
+
+
 def from_expmap(rotation_vector: ArrayLike) -> FloatArray:
     """Rotation matrices of exponential maps (Rodrigues' formula).
 
@@ -68,7 +92,10 @@ def from_quaternion_xyzw(quaternion: ArrayLike) -> FloatArray:
 def turning_z_to(axis: ArrayLike) -> FloatArray:
     """Return the smallest rotation that takes the z axis to `axis`, shape (3, 3)."""
     x, y, z = np.asarray(axis, dtype=np.float64) / np.linalg.norm(axis)
-    if z < -1.0 + 1e-12:
+    across = x * x + y * y
+    if z < 0.0 and across < 1e-200:
         return np.diag([1.0, -1.0, -1.0])
     W = skew([-y, x, 0.0])
-    return np.asarray(np.eye(3) + W + (W @ W) / (1.0 + z))
+    # 1 / (1 + z), which near -z would lose all its digits
+    inverse = (1.0 - z) / across if z < 0.0 else 1.0 / (1.0 + z)
+    return np.asarray(np.eye(3) + W + (W @ W) * inverse)
