@@ -208,7 +208,7 @@ def draw_speeds(path: Path, done: Done, planner: ReachPlanner) -> None:
     raw = _raw(done, planner)
     if raw is not None:
         _draw(axes, raw, "raw controller (S_A), planned", color="k", linestyle=":")
-    highest = max(line.get_ydata().max() for line in axes.get_lines())
+    highest = max(float(np.max(np.asarray(line.get_ydata()))) for line in axes.get_lines())
     axes.set(xlabel="time, s", ylabel="hand speed, m/s")
     axes.set(xlim=(0, 1.3 * measured.time[-1]), ylim=(0, 1.4 * highest))
     x, y, z = done.out.target

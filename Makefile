@@ -1,0 +1,63 @@
+# `make demo` and `make test` do all their own set-up; nothing else is needed but Python 3.11+.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint bench reaches learn clean
+
+help:  ## what there is
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
+
+demo: $(VENV)/.run  ## reach for three targets on the simulated human-like arm, with plots in out/
+	@mkdir -p out
+	$(BIN)/armsyn reach --target 0.35 -0.10 -0.15 --return --record out/reach-1.npz --plot out/reach-1.png
+	$(BIN)/armsyn reach --target 0.42 -0.25 -0.05 --plot out/reach-2.png
+	$(BIN)/armsyn reach --target 0.40 0.15 0.02 --park --plot out/reach-3.png
+	@echo "The hand's speed, captured, planned, measured and without synergy: out/reach-1.png (2, 3)"
+
+test: $(VENV)/.test  ## everything that must hold
+	$(BIN)/python -m pytest -q
+
+lint: $(VENV)/.test  ## style and types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+bench: $(VENV)/.test  ## speed, memory and success rates, side by side in one run
+	$(BIN)/python tests/benchmarks/bench_rollout.py
+	$(BIN)/python tests/benchmarks/bench_bus.py
+	$(BIN)/python tests/benchmarks/bench_ik.py
+	$(BIN)/python tests/benchmarks/bench_memory.py
+
+reaches: $(VENV)/.run  ## twenty random targets on the simulated arm, with and without synergy
+	$(BIN)/python tests/benchmarks/random_reaches.py
+
+GARZA := --captures garza:all --generations 150 \
+	--model C --model A --model B --model D --ik svd --ik jt --ik njt --ik dls
+learn: $(VENV)/.run  ## learn the arms' synergies anew (needs the captures; half an hour)
+	$(BIN)/armsyn learn --arm human7 $(GARZA)
+	$(BIN)/armsyn learn --arm openmanipulator_x $(GARZA)
+	$(BIN)/armsyn learn --arm koch $(GARZA)
+
+clean:  ## remove what make made
+	rm -rf $(VENV) out
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+		echo "$(PYTHON) is missing or older than 3.11: install Python 3.11 or newer, or name it:" \
+			"make PYTHON=python3.12 ..."; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+		echo "$(PYTHON) cannot make virtual environments. On Debian and Ubuntu:" \
+			"sudo apt-get install python3-venv (or python3.11-venv, for your version);" \
+			"on Fedora: sudo dnf install python3"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.run: pyproject.toml constraints.txt | $(BIN)/python
+	$(INSTALL) -e .
+	@touch $@
+
+$(VENV)/.test: pyproject.toml constraints.txt | $(BIN)/python
+	$(INSTALL) -e '.[test,lint]'
+	@touch $@ $(VENV)/.run
