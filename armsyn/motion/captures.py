@@ -33,6 +33,9 @@ from armsyn.motion.motion import Motion
 
 ENVIRONMENT_VARIABLE = "ARMSYN_CAPTURES"
 REST = "rest"
+_FRAMES = {"frm", "to", "start_frame", "end_frame"}
+_WHOLE_NUMBERS = {"rep", "task", "motion", "start_frame", "end_frame"}
+_GARZA_KINDS = {"return": {"return"}, "all": {"reach", "return"}}
 Row = dict[str, str]
 Key = TypeVar("Key")
 
@@ -126,20 +129,19 @@ def load_capture(text: str) -> Motion | None:
 
 
 def _garza(parts: list[str]) -> list[Capture]:
-    if len(parts) > 2:
-        raise CaptureError(f"garza:{':'.join(parts)}: at most a target and 'return'")
-    kinds = {"return": {"return"}, "all": {"reach", "return"}}.get(
-        parts[-1] if parts else "", {"reach"}
-    )
-    target = parts[0] if parts and parts[0] not in ("return", "all") else None
+    target = parts[0] if parts and parts[0] not in _GARZA_KINDS else None
+    which = parts if target is None else parts[1:]
+    if len(which) > 1 or not _GARZA_KINDS.keys() >= set(which):
+        raise CaptureError(f"garza:{':'.join(parts)}: at most a target, then 'return' or 'all'")
+    kinds = _GARZA_KINDS[which[0]] if which else {"reach"}
     motions = _motions(read_garza, "reach/garza/reach.npz")
     found = []
-    for row in _segments("garza.csv"):
+    for row in _segments("garza.csv", _FRAMES | {"file"}):
         kind = "reach" if row["frm"] == REST else "return"
         place = row["to" if kind == "reach" else "frm"].removesuffix("01")
         if kind in kinds and target in (None, place):
             name = f"garza:{place}" + (":return" if kind == "return" else "")
-            motion = motions[row["file"].removesuffix(".skm")]
+            motion = motions.get(row["file"].removesuffix(".skm"))
             found.append(_capture(name, kind, motion, row))
     return found
 
@@ -150,7 +152,7 @@ def _hug_mp(parts: list[str]) -> list[Capture]:
     subject, *rest = parts
     rows = [
         row
-        for row in _segments("hug_mp.csv")
+        for row in _segments("hug_mp.csv", _FRAMES | {"subject", "rep", "task", "motion", "usable"})
         if row["subject"] == subject and row["usable"] == "True" and row["frm"] == "R"
     ]
     if len(rest) == 2:
@@ -166,7 +168,7 @@ def _hug_mp(parts: list[str]) -> list[Capture]:
         _capture(
             f"hug_mp:{subject}:{_key(row)}:{_way(row)}",
             "reach",
-            motions[int(row["rep"]), int(row["task"]), int(row["motion"])],
+            motions.get((int(row["rep"]), int(row["task"]), int(row["motion"]))),
             row,
         )
         for row in rows
@@ -190,8 +192,10 @@ def _first_two_of_each(rows: Iterable[Row]) -> list[Row]:
     return kept
 
 
-def _capture(name: str, kind: str, motion: Motion, row: Row) -> Capture:
+def _capture(name: str, kind: str, motion: Motion | None, row: Row) -> Capture:
     first, last = int(row["start_frame"]), int(row["end_frame"])
+    if motion is None or not 0 <= first < last < motion.frames:
+        raise CaptureError(f"{name}: the segments table names frames {first}-{last}, not captured")
     source = f"{motion.source}, frames {first}-{last} at {float(row['rate_hz']):g} Hz"
     return Capture(name, kind, motion.between(first, last), source)
 
@@ -209,13 +213,17 @@ def _motions(read: Callable[[Path], dict[Key, Motion]], name: str) -> dict[Key, 
         raise CaptureError(f"{path} is missing from the captures") from error
 
 
-def _segments(name: str) -> list[Row]:
+def _segments(name: str, columns: set[str]) -> list[Row]:
     path = captures_folder() / "segments" / name
     try:
         with path.open(newline="", encoding="utf-8") as file:
-            return list(csv.DictReader(file))
-    except OSError as error:
-        raise FormatError(f"{path}: {error}") from error
+            rows = list(csv.DictReader(file, strict=True))
+        for row in rows:
+            _ = [int(row[column]) for column in _WHOLE_NUMBERS & row.keys()]
+            _ = [row[column].strip() for column in columns], float(row["rate_hz"])
+    except (OSError, csv.Error, KeyError, TypeError, ValueError) as error:
+        raise FormatError(f"{path}: no table of segments: {error}") from error
+    return rows
 
 
 _SETS: dict[str, Callable[[list[str]], list[Capture]]] = {"garza": _garza, "hug_mp": _hug_mp}

@@ -111,7 +111,7 @@ class ReachPlanner:
         Raises
         ------
         InputError
-            Wrong counts, or not finite.
+            Wrong counts, not finite, or a rate that is not positive.
         LimitError
             The posture is outside the joints' ranges.
         UnreachableError
@@ -123,6 +123,8 @@ class ReachPlanner:
         goal = np.asarray(target, dtype=np.float64)
         if goal.shape != (3,) or not np.isfinite(goal).all():
             raise InputError(f"a target is 3 finite numbers of metres, got {goal.tolist()}")
+        if not 0 < rate_hz < np.inf:
+            raise InputError(f"a trajectory needs a positive rate, got {rate_hz:g} Hz")
         hand = self.arm.chain.forward(start).tip
         candidates = self.library.nearest(hand, goal, self.ik, self.model)
         nearest_miss = np.inf
@@ -130,6 +132,7 @@ class ReachPlanner:
             rolled = self._roll(start, goal, synergy, rate_hz, 1.0)
             if rolled.arrived:
                 rolled, scale = self._slowed(start, goal, synergy, rate_hz)
+            if rolled.arrived:
                 trajectory = self._trajectory(rolled, rate_hz, learned)
                 return PlannedReach(trajectory, goal, learned, synergy, rank, scale)
             nearest_miss = min(nearest_miss, rolled.distance)
@@ -234,7 +237,18 @@ def joined(first: Motion, second: Motion) -> Motion:
     Returns
     -------
     Motion
+
+    Raises
+    ------
+    InputError
+        Other joints, or a second motion that starts elsewhere.
     """
+    if first.joint_names != second.joint_names:
+        raise InputError(f"{second.source} has other joints than {first.source}")
+    if first.angles is None or second.angles is None:
+        raise InputError("only motions with joint angles can be joined")
+    if not np.allclose(first.angles[-1], second.angles[0], rtol=0.0, atol=1e-3):
+        raise InputError(f"{second.source} does not start where {first.source} ends")
     step = 1.0 / first.rate
     rows = [(motion.angles, motion.landmarks) for motion in (first, second)]
     angles, landmarks = (

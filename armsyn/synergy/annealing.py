@@ -11,13 +11,14 @@ this distance, the vector of parameters is kept") is what is meant and what is d
 parameter's range to 1/200 of it, and a worse vector is kept with the probability
 exp(-increase / temperature) of Metropolis, the temperature falling with the square of the step.
 
-Random numbers are drawn a motion at a time from generators of their own, and every roll-out
-stands alone, so the result is the same for any number of workers and any company of motions.
+Every motion draws its random numbers from a generator of its own, seeded with its name, every
+roll-out stands alone, and a population that is stable rests while others go on: so the result is
+the same for any number of workers and any company of motions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,7 +94,7 @@ class Annealed:
     history : array, shape (generations + 1, motions)
         Average score of the population.
     stable : bool
-        Whether the average score became stable.
+        Whether every motion's average score became stable.
     interrupted : bool
         Whether Ctrl-C ended it.
     """
@@ -110,7 +111,7 @@ class Annealed:
 
 def anneal(
     score: Scorer,
-    motions: int,
+    names: Sequence[str],
     lower: FloatArray,
     upper: FloatArray,
     *,
@@ -125,7 +126,8 @@ def anneal(
     score : callable
         From parameters, shape (motions, population, parameters), to scores, shape (motions,
         population).
-    motions : int
+    names : sequence of str
+        One a motion; with `seed` they decide its random numbers.
     lower, upper : array, shape (parameters,)
         Bounds.
     schedule : Schedule, optional
@@ -139,15 +141,15 @@ def anneal(
     Annealed
     """
     plan = schedule or Schedule()
-    seeds = np.random.SeedSequence(seed).spawn(motions)
-    generators = [np.random.default_rng(child) for child in seeds]
+    generators = [np.random.default_rng([seed, *name.encode()]) for name in names]
     width = upper - lower
     shape = (plan.population, lower.size)
     members = lower + width * np.stack([g.random(shape) for g in generators])
     scores = score(members)
     history = [scores.mean(axis=1)]
-    best, best_scores = _better(members, scores, members[:, 0], np.full(motions, np.inf))
-    stable = interrupted = False
+    best, best_scores = _better(members, scores, members[:, 0], np.full(len(names), np.inf))
+    restless = np.ones(len(names), dtype=bool)
+    interrupted = False
     try:
         for generation in range(plan.max_generations):
             variation = np.stack([g.standard_normal(shape) for g in generators])
@@ -156,20 +158,32 @@ def anneal(
             trial_scores = score(trial)
             temperature = plan.temperature(generation) * history[0][:, None]
             keep = trial_scores < scores + temperature * -np.log(np.maximum(chance, 1e-300))
-            members = np.where(keep[..., None], trial, members)
-            scores = np.where(keep, trial_scores, scores)
+            keep &= restless[:, None]
+            # In one assignment, which Ctrl-C cannot part
+            members, scores = (
+                np.where(keep[..., None], trial, members),
+                np.where(keep, trial_scores, scores),
+            )
             best, best_scores = _better(members, scores, best, best_scores)
             history.append(scores.mean(axis=1))
             if on_generation is not None:
                 on_generation(generation + 1, float(best_scores.mean()))
-            if generation >= plan.generations and _is_stable(history, plan.patience):
-                stable = True
+            if generation >= plan.generations:
+                restless &= ~_are_stable(history, plan.patience)
+            if not restless.any():
                 break
     except KeyboardInterrupt:
         interrupted = True
-    evaluations = motions * plan.population * len(history)
+    evaluations = scores.size * len(history)
     return Annealed(
-        best, best_scores, members, scores, evaluations, np.array(history), stable, interrupted
+        best,
+        best_scores,
+        members,
+        scores,
+        evaluations,
+        np.array(history),
+        stable=not restless.any(),
+        interrupted=interrupted,
     )
 
 
@@ -185,7 +199,7 @@ def _better(
     )
 
 
-def _is_stable(history: list[FloatArray], patience: int) -> bool:
+def _are_stable(history: list[FloatArray], patience: int) -> NDArray[np.bool_]:
     if len(history) <= patience:
-        return False
-    return bool((history[-1 - patience] - history[-1] < 1e-3 * history[-1]).all())
+        return np.zeros(history[-1].shape, dtype=bool)
+    return np.asarray(history[-1 - patience] - history[-1] < 1e-3 * history[-1])

@@ -139,12 +139,16 @@ class Controller:
         Raises
         ------
         InputError
-            Wrong counts, or not finite.
+            Wrong counts, not finite, no rotation matrix, or times that are not positive.
         """
+        if frames < 1 or not (0 < dt < np.inf and 0 < time_scale < np.inf):
+            raise InputError(
+                f"frames, dt and time_scale must be positive, got {frames}, {dt:g}, {time_scale:g}"
+            )
         position = np.asarray(target, dtype=np.float64)
         if position.shape != (3,) or not np.isfinite(position).all():
             raise InputError(f"a target is 3 finite numbers of metres, got {position.tolist()}")
-        wanted = np.empty((0, 0)) if orientation is None else np.array(orientation, dtype=float)
+        wanted = np.empty((0, 0)) if orientation is None else _checked_rotation(orientation)
         path = np.empty((frames, self.chain.dof))
         path[0] = self.chain.checked_posture(start)
         positions = np.empty((frames, self.chain.dof + 1, 3))
@@ -160,10 +164,27 @@ class Controller:
             path,
             positions,
         )
+        arrived = distance <= tolerance and self._turn_left(path[filled - 1], wanted) <= tolerance
         return RollOut(
             np.arange(filled, dtype=np.float64) * dt,
             path[:filled],
             positions[:filled],
             distance,
-            0.0 <= distance <= tolerance,
+            arrived,
         )
+
+    def _turn_left(self, posture: FloatArray, wanted: FloatArray) -> float:
+        """Angle from the hand's orientation to the wanted one, rad; 0 for a position task."""
+        if not wanted.size:
+            return 0.0
+        dX = np.empty(6)
+        tip = self.chain.forward(posture).orientations[-1]
+        kernels.task_error(np.zeros(3), wanted, np.zeros(3), tip, dX)
+        return float(np.linalg.norm(dX[3:]))
+
+
+def _checked_rotation(orientation: ArrayLike) -> FloatArray:
+    R = np.array(orientation, dtype=np.float64, order="C")
+    if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0:
+        raise InputError("an orientation is a 3 x 3 rotation matrix")
+    return R

@@ -134,7 +134,8 @@ class Judge:
     def _speed(self, played: RollOut) -> tuple[float, ProfileMeasures]:
         hand = played.positions[:, -1]
         speed_r = correlation(self.profile, normalised_speed(played.time, hand))
-        return speed_r, profile_measures(played.time, hand)
+        # A constant speed correlates with nothing
+        return np.nan_to_num(speed_r).item(), profile_measures(played.time, hand)
 
     def _service(self, parameters: FloatArray) -> float:
         """Mean worth of the hand's speed on the way to the target and its neighbours.

@@ -123,7 +123,7 @@ def fit(
 
     return anneal(
         _scorer(arm, as_captures(arm, trainings), ik, model, options),
-        len(trainings),
+        [training.capture.name for training in trainings],
         lower,
         upper,
         schedule=schedule,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 from typing import Literal
 
@@ -13,6 +11,7 @@ from numpy.typing import NDArray
 
 from armsyn.errors import DescriptionError, InputError
 from armsyn.kernels.rollout import Synergies
+from armsyn.motion.formats.files import replacing
 from armsyn.synergy.models import parameter_names, synergies
 
 FloatArray = NDArray[np.float64]
@@ -157,7 +156,7 @@ class SynergyLibrary(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         usable = []
         for reach in self.reaches:
             found = reach.set_for(ik, model)
-            judge = reach.set_for(ik, "C") or found
+            judge = (reach.set_for(ik, "C") if model in ("A", "B") else None) or found
             if found is not None and judge is not None and not judge.misfit:
                 gap = np.concatenate([reach.start_m - start, reach.target_m - target])
                 usable.append((float(np.linalg.norm(gap)), reach, found))
@@ -209,18 +208,8 @@ def save_library(path: Path, library: SynergyLibrary) -> None:
     frame = msgspec.json.format(msgspec.json.encode(msgspec.structs.replace(library, reaches=())))
     reaches = b",\n    ".join(msgspec.json.encode(reach) for reach in library.reaches)
     text = frame.replace(b'"reaches": []', b'"reaches": [\n    ' + reaches + b"\n  ]")
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(text + b"\n")
-            Path(name).chmod(0o644)
-            Path(name).replace(path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error}") from error
+    with replacing(path) as temporary:
+        temporary.write_bytes(text + b"\n")
 
 
 def _check(library: SynergyLibrary) -> None:
@@ -235,3 +224,5 @@ def _check(library: SynergyLibrary) -> None:
                     f"{reach.name}: {learned.ik}/{learned.model} has {len(learned.parameters)}"
                     f" parameters, expected {expected}"
                 )
+            if not library.lambdas.get(learned.ik, 0.0) > 0:
+                raise InputError(f"{reach.name}: lambdas has no positive rate for {learned.ik}")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
+from armsyn.errors import InputError
 from armsyn.synergy.annealing import Schedule
 from armsyn.synergy.controller import ARM_RATES, RATES
 
@@ -26,6 +28,11 @@ class LearningOptions:
     workers : int or None
         Threads; all cores when None. The result does not depend on it.
     schedule : Schedule
+
+    Raises
+    ------
+    InputError
+        A lambda that is no positive rate.
     """
 
     iks: tuple[str, ...] = ("svd",)
@@ -37,6 +44,11 @@ class LearningOptions:
     workers: int | None = None
     schedule: Schedule = field(default_factory=Schedule)
 
+    def __post_init__(self) -> None:
+        if self.lambda_ is not None and not 0 < self.lambda_ < math.inf:
+            raise InputError(f"lambda must be a positive rate in 1/s, got {self.lambda_:g}")
+
     def rate_of(self, ik: str) -> float:
         """Lambda of an optimiser, 1/s."""
-        return self.lambda_ or (ARM_RATES if self.stable else RATES)[ik]
+        own = (ARM_RATES if self.stable else RATES)[ik]
+        return own if self.lambda_ is None else self.lambda_

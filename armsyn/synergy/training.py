@@ -20,6 +20,9 @@ FloatArray = NDArray[np.float64]
 START_TOLERANCE_M = 0.03
 """A start that the arm misses by more, on the mean over its landmarks, cannot be compared."""
 
+LEAST_PATH_M = 0.02
+LEAST_SEGMENT_M = 1e-3
+
 
 @dataclass(frozen=True)
 class Training:
@@ -73,7 +76,8 @@ def prepare(arm: ArmDescription, capture: Capture, rate_hz: float) -> Training:
     Raises
     ------
     CaptureError
-        Other landmarks than the arm's, gaps, or a start that the arm cannot take.
+        Other landmarks than the arm's, gaps, a hand that rests, segments without length, or a
+        start that the arm cannot take.
     """
     names = capture.motion.landmark_names
     if capture.motion.landmarks is None or tuple(arm.landmarks) not in (names, names[-1:]):
@@ -87,6 +91,7 @@ def prepare(arm: ArmDescription, capture: Capture, rate_hz: float) -> Training:
     time = uniform_times(0.0, capture.motion.duration, rate_hz)
     began = float(capture.motion.time[0])
     captured = interpolate(capture.motion.time, capture.motion.landmarks, began + time)
+    _check_usable(capture.name, captured)
     if len(arm.landmarks) == 1:
         landmarks = _scaled_hand(arm, capture.kind, captured)
     else:
@@ -97,6 +102,15 @@ def prepare(arm: ArmDescription, capture: Capture, rate_hz: float) -> Training:
             f"{capture.name}: {arm.name} misses its first posture by {fit.residual * 100:.1f} cm"
         )
     return Training(capture, time, landmarks, fit.posture, fit.residual)
+
+
+def _check_usable(name: str, landmarks: FloatArray) -> None:
+    hand = landmarks[:, -1]
+    if np.linalg.norm(hand - hand[0], axis=1).max() < LEAST_PATH_M:
+        raise CaptureError(f"{name}: the hand stays within {LEAST_PATH_M * 100:g} cm of its start")
+    shortest = np.linalg.norm(np.diff(landmarks, axis=1), axis=2).min(initial=np.inf)
+    if landmarks.shape[1] < 2 or shortest < LEAST_SEGMENT_M:
+        raise CaptureError(f"{name}: needs landmarks that are apart, for the arm's directions")
 
 
 def _scaled_hand(arm: ArmDescription, kind: str, landmarks: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ a joint is its pre-rotation times the exponential of its channel. y is up, the p
 from __future__ import annotations
 
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,8 @@ LANDMARK_JOINTS = {
 CHEST = "JtSpineC"
 # The capture's axes (x left, y up, z forward) seen from ours (x forward, y left, z up)
 _TO_OUR_AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+_DAMAGE = (OSError, ValueError, KeyError, IndexError, EOFError, zipfile.BadZipFile, zlib.error)
 
 
 def read_garza(path: Path) -> dict[str, Motion]:
@@ -58,7 +61,7 @@ def read_garza(path: Path) -> dict[str, Motion]:
         return {name: _motion(skeleton, content, name, path) for name in names}
     except FileNotFoundError:
         raise
-    except (OSError, ValueError, KeyError, IndexError, zipfile.BadZipFile) as error:
+    except _DAMAGE as error:
         raise FormatError(f"{path}: not a capture of the garza set: {error}") from error
 
 
@@ -78,6 +81,8 @@ class _Skeleton:
         path = [joint]
         while self.parent[path[0]] >= 0:
             path.insert(0, self.parent[path[0]])
+            if len(path) > len(self.parent):
+                raise ValueError("the joints' parents go round in a circle")
         return path
 
     def frames(self, expmap: FloatArray) -> tuple[dict[int, FloatArray], dict[int, FloatArray]]:

@@ -9,6 +9,7 @@ postures on the board of targets.
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,11 @@ CHAIN = SerialChain(
 """The exoskeleton's arm with the segment lengths of the captures' README."""
 
 Key = tuple[int, int, int]
+# A file of MATLAB 7.3 is a NotImplementedError
+_DAMAGE = (
+    *(OSError, ValueError, TypeError, LookupError, AttributeError),
+    *(EOFError, NotImplementedError, zlib.error),
+)
 
 
 def read_hug_mp(path: Path) -> dict[Key, Motion]:
@@ -55,8 +61,8 @@ def read_hug_mp(path: Path) -> dict[Key, Motion]:
     FormatError
         When the file is not such a file.
     """
-    from scipy.io import loadmat  # heavy, and only this format needs it
-    from scipy.io.matlab import MatReadError
+    from scipy.io import loadmat  # noqa: PLC0415  heavy, only this format needs it
+    from scipy.io.matlab import MatReadError  # noqa: PLC0415
 
     try:
         content = loadmat(path)
@@ -74,7 +80,7 @@ def read_hug_mp(path: Path) -> dict[Key, Motion]:
         }
     except FileNotFoundError:
         raise
-    except (MatReadError, OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+    except (MatReadError, *_DAMAGE) as error:
         raise FormatError(f"{path}: not a capture of the HuG-MP set: {error}") from error
 
 
