@@ -55,8 +55,9 @@ def solve_ik(
 
     Each iteration moves along the optimiser's O(J, dX), where dX is shortened to a tenth of the
     chain's reach (0.3 rad for orientations) so that the linearisation holds, by the length that
-    minimises the linearised error (Buss 2004, eq. 8); joints are clamped to their limits, and a
-    joint that presses against its limit is left out of the step.
+    minimises the linearised error (Buss 2004, eq. 8), a tenth less for the transposes; joints are
+    clamped to their limits, and a joint that presses against its limit is left out of the step.
+    As the length is chosen here, ``jt`` and ``njt`` differ by rounding only.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def solve_ik(
     tolerance : float
         m for the position, rad for the orientation.
     max_steps : int
-        Of each attempt.
+        Of each attempt; one that comes to a standstill short of the target ends earlier.
     restarts : int
         Further attempts, from random postures, while none has succeeded.
     seed : int

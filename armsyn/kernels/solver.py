@@ -2,7 +2,7 @@
 
 The transposes are steepest descent, whose best steps zigzag across the valleys of a pose task;
 steps a tenth shorter than the best break the zigzag (Raydan and Svaiter 2002, relaxed steepest
-descent).
+descent). A descent also ends where the posture stands still: in a local minimum, mostly at limits.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ from armsyn.kernels.types import FloatArray
 
 _LARGEST_TURN = 0.3
 _RELAXATION = 0.9
+_STANDSTILL = 1e-8
+"""Greatest joint movement, rad or m, of a step that is taken for the end of a descent."""
 
 
 @kernel
@@ -82,9 +84,14 @@ def descend(
         length = _best_length(J, dX, dq)
         if zigzags:
             length *= _RELAXATION
+        moved = 0.0
         for i in range(n):
-            q[i] = min(max(q[i] + length * dq[i], lower[i]), upper[i])
+            before = q[i]
+            q[i] = min(max(before + length * dq[i], lower[i]), upper[i])
+            moved = max(moved, abs(q[i] - before))
         steps += 1
+        if moved < _STANDSTILL:
+            break
     q[:] = best
     return steps, best_distance, best_angle
 

@@ -148,9 +148,7 @@ class SerialChain:
         count in full; the base's own offset does not.
         """
         links = float(np.linalg.norm(self.arrays.translation[1:], axis=1).sum())
-        strokes = [
-            max(abs(j.lower), abs(j.upper)) for j in self.joints if j.kind == "prismatic"
-        ]
+        strokes = [max(abs(j.lower), abs(j.upper)) for j in self.joints if j.kind == "prismatic"]
         return links + sum(strokes)
 
     def checked_posture(self, q: ArrayLike) -> FloatArray:

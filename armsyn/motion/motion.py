@@ -54,9 +54,7 @@ class Motion:
             )
         if not (np.diff(time) > 0).all():
             frame = int(np.argmin(np.diff(time) > 0)) + 1
-            raise FormatError(
-                f"{self.source or 'motion'}: time does not increase at frame {frame}"
-            )
+            raise FormatError(f"{self.source or 'motion'}: time does not increase at frame {frame}")
         if self.angles is None and self.landmarks is None:
             raise FormatError(f"{self.source or 'motion'}: neither joint angles nor landmarks")
         self._check_part("angles", self.joint_names, 2)

@@ -34,6 +34,8 @@ STABLE_GAIN = 0.25
 """Least gain of an arm that moves: with every gain positive the closed loop contracts, for
 J G J^+ is similar to B^(-1/2) (J G J^T) B^(-1/2), B = J J^T, whose eigenvalues lie between the
 least and the greatest gain."""
+STABLE_PACE = 0.1
+"""The same for S_A, whose one gain sets nothing but the pace."""
 
 
 def parameter_names(model: str, joint_names: tuple[str, ...]) -> tuple[str, ...]:
@@ -79,7 +81,7 @@ def parameter_bounds(model: str, dof: int, *, stable: bool) -> tuple[FloatArray,
     dof : int
         Number of joints.
     stable : bool
-        Bound the gains below by `STABLE_GAIN` instead of -5.
+        Bound the gains below by `STABLE_GAIN` (S_A: `STABLE_PACE`) instead of -5.
 
     Returns
     -------
@@ -91,8 +93,9 @@ def parameter_bounds(model: str, dof: int, *, stable: bool) -> tuple[FloatArray,
     InputError
         Unknown model.
     """
+    least = STABLE_PACE if model == "A" else STABLE_GAIN
     kinds = {
-        "gain": (STABLE_GAIN, GAINS[1]) if stable else GAINS,
+        "gain": (least, GAINS[1]) if stable else GAINS,
         "offset": OFFSETS,
         "slope": SLOPES,
     }
