@@ -120,7 +120,7 @@ def _check_writable(out: Path) -> None:
 
 
 class _Progress(AbstractContextManager["_Progress"]):
-    """A bar for each optimiser and model, on standard error."""
+    """A bar for each optimiser and model and for judging, on standard error."""
 
     def __init__(self) -> None:
         from rich.console import Console
@@ -129,12 +129,12 @@ class _Progress(AbstractContextManager["_Progress"]):
         self._bars = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
-            TextColumn("{task.completed}/{task.total} generations"),
-            TextColumn("{task.fields[distance]}"),
+            TextColumn("{task.completed}/{task.total}"),
+            TextColumn("{task.fields[said]}"),
             TimeElapsedColumn(),
             console=Console(stderr=True),
         )
-        self._tasks: dict[tuple[str, str], Any] = {}
+        self._tasks: dict[str, Any] = {}
 
     def __enter__(self) -> _Progress:
         self._bars.start()
@@ -143,15 +143,13 @@ class _Progress(AbstractContextManager["_Progress"]):
     def __exit__(self, *_: object) -> None:
         self._bars.stop()
 
-    def update(self, ik: str, model: str, generation: int, last: int, distance: float) -> None:
-        if (ik, model) not in self._tasks:
+    def update(self, name: str, done: int, total: int, said: str) -> None:
+        if name not in self._tasks:
             for earlier in self._tasks.values():
                 self._bars.update(earlier, total=self._bars.tasks[earlier].completed)
                 self._bars.stop_task(earlier)
-            name = f"S_{model} {ik}"
-            self._tasks[ik, model] = self._bars.add_task(name, total=last, distance="")
-        said = f"mean best {distance * 100:.2f} cm"
-        self._bars.update(self._tasks[ik, model], completed=generation, distance=said)
+            self._tasks[name] = self._bars.add_task(name, total=total, said="")
+        self._bars.update(self._tasks[name], completed=done, said=said)
 
 
 def _write_run(out: Path) -> None:

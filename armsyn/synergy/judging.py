@@ -60,7 +60,7 @@ class Judge:
     model: str
     options: LearningOptions
 
-    def verdict(self, annealed: Annealed, row: int) -> SynergySet:
+    def verdict(self, annealed: Annealed, row: int, *, quick: bool = False) -> SynergySet:
         """Choose a vector and say why it may not be used, if it may not.
 
         Parameters
@@ -68,6 +68,8 @@ class Judge:
         annealed : Annealed
         row : int
             The reach's row in it.
+        quick : bool
+            Learning was interrupted: do not try neighbouring targets.
 
         Returns
         -------
@@ -76,7 +78,8 @@ class Judge:
             that follows speed, the one among its equals that serves neighbouring targets best.
         """
         parameters = annealed.parameters[row]
-        if self._is_for_arms:
+        with_neighbours = self._is_for_arms and not quick
+        if with_neighbours:
             good = annealed.member_scores[row] <= EQUAL * annealed.scores[row]
             equals = np.concatenate([parameters[None], annealed.members[row][good]])
             parameters = max(equals, key=self._service)
@@ -84,7 +87,7 @@ class Judge:
         stored = np.array([float(f"{value:.6g}") for value in parameters])
         distance = self._distance(stored)
         speed_r, misfit = self._fit(stored, distance)
-        service = self._service(stored) if self._is_for_arms else 1.0
+        service = self._service(stored) if with_neighbours else 1.0
         if not misfit and service < LEAST_SERVICE:
             misfit = f"serves neighbouring targets poorly ({service:.2f})"
         return SynergySet(

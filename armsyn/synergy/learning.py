@@ -25,7 +25,7 @@ from armsyn.synergy.options import LearningOptions
 from armsyn.synergy.training import Training, as_captures, prepare
 
 FloatArray = NDArray[np.float64]
-Progress = Callable[[str, str, int, int, float], None]
+Progress = Callable[[str, int, int, str], None]
 
 _CORES = numba.get_num_threads()
 
@@ -47,7 +47,7 @@ def learn(
     captures : list of Capture
     options : LearningOptions
     on_progress : callable, optional
-        Called with optimiser, model, generation, last generation, and the mean best distance, m.
+        Called with what is done, how far it is, of how much, and a remark.
 
     Returns
     -------
@@ -71,9 +71,15 @@ def learn(
                 annealed = fit(arm, trainings, ik, model, options, on_progress)
                 complete = not annealed.interrupted
                 found[ik, model] = annealed
-    reaches = tuple(
-        _learned_reach(arm, training, row, found, options) for row, training in enumerate(trainings)
-    )
+    reaches = []
+    for row, training in enumerate(trainings):
+        try:
+            reaches.append(_learned_reach(arm, training, row, found, options, quick=not complete))
+        except KeyboardInterrupt:
+            complete = False
+            reaches.append(_learned_reach(arm, training, row, found, options, quick=True))
+        if on_progress is not None:
+            on_progress("judging", row + 1, len(trainings), "")
     return SynergyLibrary(
         schema="armsyn-synergies-1",
         arm=arm.name,
@@ -85,7 +91,7 @@ def learn(
         lambdas={ik: options.rate_of(ik) for ik in options.iks},
         stable_gains=options.stable,
         complete=complete,
-        reaches=reaches,
+        reaches=tuple(reaches),
         left_out=left_out,
     )
 
@@ -119,7 +125,8 @@ def fit(
 
     def report(generation: int, distance: float) -> None:
         if on_progress is not None:
-            on_progress(ik, model, generation, schedule.max_generations, distance)
+            said = f"mean best {distance * 100:.2f} cm"
+            on_progress(f"S_{model} {ik}", generation, schedule.max_generations, said)
 
     return anneal(
         _scorer(arm, as_captures(arm, trainings), ik, model, options),
@@ -178,10 +185,12 @@ def _learned_reach(
     row: int,
     found: dict[tuple[str, str], Annealed],
     options: LearningOptions,
+    *,
+    quick: bool,
 ) -> LearnedReach:
     profile = normalised_speed(training.time, training.landmarks[:, -1])
     sets = tuple(
-        Judge(arm, training, profile, ik, model, options).verdict(annealed, row)
+        Judge(arm, training, profile, ik, model, options).verdict(annealed, row, quick=quick)
         for (ik, model), annealed in found.items()
     )
     return LearnedReach(
