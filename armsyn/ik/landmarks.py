@@ -54,13 +54,15 @@ def fit_posture(
     Raises
     ------
     InputError
-        Wrong shapes, or not finite.
+        Wrong shapes, not finite, no landmarks, or rows that the chain does not have.
     """
     from scipy.optimize import least_squares  # noqa: PLC0415  heavy, only learning needs it
 
     wanted = np.asarray(landmarks, dtype=np.float64)
     if wanted.shape != (len(rows), 3) or not np.isfinite(wanted).all():
         raise InputError(f"{len(rows)} landmarks need shape ({len(rows)}, 3), finite")
+    if not rows or not all(0 <= row <= chain.dof for row in rows):
+        raise InputError(f"landmarks need rows 0 to {chain.dof} of this chain, got {rows}")
     start = np.clip(chain.checked_posture(near), chain.lower + 1e-6, chain.upper - 1e-6)
 
     def misfit(q: FloatArray) -> FloatArray:

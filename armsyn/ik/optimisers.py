@@ -15,6 +15,8 @@ length would circle the target.
 
 from __future__ import annotations
 
+import math
+
 from armsyn.errors import InputError
 from armsyn.kernels import optimisers as kernels
 from armsyn.kernels.optimisers import OptimiserSettings
@@ -57,8 +59,14 @@ def optimiser_settings(
     Raises
     ------
     InputError
-        Unknown name.
+        Unknown name, or a constant out of its range.
     """
     if name not in _KINDS:
         raise InputError(f"no optimiser {name!r}; known: {', '.join(OPTIMISERS)}")
+    if not (0.0 <= cut_off < 1.0 and 0.0 < damping < math.inf):
+        raise InputError(
+            f"cut_off must be in [0, 1) and damping above 0, got {cut_off:g} and {damping:g}"
+        )
+    if not (0.0 < slowing < math.inf and 0.0 < radius < math.inf):
+        raise InputError(f"slowing and radius must be above 0, got {slowing:g} and {radius:g}")
     return OptimiserSettings(_KINDS[name], cut_off, damping, slowing, radius)

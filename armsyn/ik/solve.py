@@ -87,11 +87,17 @@ def solve_ik(
     Raises
     ------
     InputError
-        Wrong shapes, not finite, or no rotation matrix.
+        Wrong shapes, not finite, no rotation matrix, unknown optimiser, or a tolerance or
+        counts that make no attempt.
     """
-    position = np.asarray(target, dtype=np.float64)
+    position = np.array(target, dtype=np.float64)
     if position.shape != (3,) or not np.isfinite(position).all():
         raise InputError(f"a target is 3 finite numbers of metres, got {position.tolist()}")
+    if not 0.0 < tolerance < np.inf or max_steps < 1 or restarts < 0:
+        raise InputError(
+            "tolerance must be above 0, max_steps at least 1 and restarts at least 0,"
+            f" got {tolerance:g}, {max_steps} and {restarts}"
+        )
     wanted = np.empty((0, 0)) if orientation is None else _checked_rotation(orientation)
     posture = np.clip(chain.checked_posture(start), chain.lower, chain.upper)
     settings = optimiser_settings(optimiser)
@@ -115,7 +121,7 @@ def solve_ik(
 
 
 def _checked_rotation(orientation: ArrayLike) -> FloatArray:
-    R = np.ascontiguousarray(orientation, dtype=np.float64)
+    R = np.array(orientation, dtype=np.float64, order="C")
     if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6):
         raise InputError("an orientation is a 3 x 3 rotation matrix")
     if np.linalg.det(R) < 0:

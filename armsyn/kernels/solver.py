@@ -25,8 +25,8 @@ from armsyn.kernels.types import FloatArray
 
 _LARGEST_TURN = 0.3
 _RELAXATION = 0.9
-_STANDSTILL = 1e-8
-"""Greatest joint movement, rad or m, of a step that is taken for the end of a descent."""
+_STANDSTILL = 1e-4
+"""Share of the tolerance below which the greatest joint movement of a step ends a descent."""
 
 
 @kernel
@@ -90,7 +90,7 @@ def descend(
             q[i] = min(max(before + length * dq[i], lower[i]), upper[i])
             moved = max(moved, abs(q[i] - before))
         steps += 1
-        if moved < _STANDSTILL:
+        if moved < _STANDSTILL * tolerance:
             break
     q[:] = best
     return steps, best_distance, best_angle
