@@ -66,12 +66,14 @@ def main() -> None:
         click.echo(f"armsyn: {_one_line(error)}", err=True)
         sys.exit(error.exit_status)
     except click.ClickException as error:
-        error.show()
+        context = getattr(error, "ctx", None)
+        path = context.command_path if context is not None else "armsyn"
+        click.echo(f"armsyn: {_one_line(error.format_message())} (see {path} --help)", err=True)
         sys.exit(error.exit_code)
     except (KeyboardInterrupt, click.Abort):
         click.echo("armsyn: interrupted", err=True)
         sys.exit(INTERRUPTED)
 
 
-def _one_line(error: BaseException) -> str:
+def _one_line(error: BaseException | str) -> str:
     return " ".join(str(error).split())
