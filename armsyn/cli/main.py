@@ -65,6 +65,9 @@ def main() -> None:
     except ArmsynError as error:
         click.echo(f"armsyn: {_one_line(error)}", err=True)
         sys.exit(error.exit_status)
+    except click.exceptions.NoArgsIsHelpError as error:
+        error.show()
+        sys.exit(error.exit_code)
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         path = context.command_path if context is not None else "armsyn"
