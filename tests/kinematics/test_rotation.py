@@ -41,6 +41,13 @@ def test_to_rpy_gives_the_matrix_back(rpy: tuple[float, float, float]) -> None:
     np.testing.assert_allclose(from_rpy(to_rpy(R)), R, **CLOSE)
 
 
+@pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2])
+def test_to_rpy_of_products_that_rounding_has_blurred(pitch: float) -> None:
+    for A in Rotation.random(50, rng=np.random.default_rng(4)).as_matrix():
+        R = A @ A.T @ from_rpy([0.3, pitch, 0.4])
+        np.testing.assert_allclose(from_rpy(to_rpy(R)), R, **CLOSE)
+
+
 @given(
     roll=st.floats(-3.1, 3.1),
     pitch=st.floats(-1.5, 1.5),
