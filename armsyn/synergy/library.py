@@ -191,7 +191,7 @@ def load_library(path: Path) -> SynergyLibrary:
             raise DescriptionError(f"{path}: larger than {MAXIMUM_BYTES} bytes")
         library = msgspec.json.decode(path.read_bytes(), type=SynergyLibrary)
         _check(library)
-    except (OSError, msgspec.DecodeError, InputError) as error:
+    except (OSError, UnicodeDecodeError, msgspec.DecodeError, InputError) as error:
         raise DescriptionError(f"{path}: {error}; learn it again with armsyn learn") from error
     return library
 
