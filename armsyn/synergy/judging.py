@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.scoring import ProfileMeasures, correlation, normalised_speed, profile_measures
+from armsyn.scoring import correlation, movement
+from armsyn.scoring.profile import count_peaks, minimum_jerk_fit
 from armsyn.synergy.annealing import Annealed
 from armsyn.synergy.controller import LIMIT_RATE, RAMP_S, Controller, RollOut
 from armsyn.synergy.library import SynergySet
@@ -33,10 +35,20 @@ LONGEST_S = 6.0
 EQUAL = 1.2
 """Vectors within this factor of the least distance count as equals: between them decides how
 well they serve other targets."""
+MOST_EQUALS = 8
 NEIGHBOURS = (0.2, 0.4)
 """Of the arm's reach: how far from the captured target those others lie, along each axis."""
 LEAST_SERVICE = 0.8
 _FARTHEST = 0.95
+
+
+class HandSpeed(NamedTuple):
+    """How the hand moved: correlations with the capture and with minimum jerk, peaks, time (s)."""
+
+    speed_r: float
+    min_jerk_r: float
+    peaks: int
+    movement_time: float
 
 
 @dataclass(frozen=True)
@@ -80,9 +92,10 @@ class Judge:
         parameters = annealed.parameters[row]
         with_neighbours = self._is_for_arms and not quick
         if with_neighbours:
-            good = annealed.member_scores[row] <= EQUAL * annealed.scores[row]
-            equals = np.concatenate([parameters[None], annealed.members[row][good]])
-            parameters = max(equals, key=self._service)
+            best_first = np.argsort(annealed.member_scores[row], kind="stable")[:MOST_EQUALS]
+            equal = annealed.member_scores[row][best_first] <= EQUAL * annealed.scores[row]
+            equals = np.concatenate([parameters[None], annealed.members[row, best_first[equal]]])
+            parameters = equals[np.argmax([self._service(member) for member in equals])]
         # Stored with six digits, so judged with six digits
         stored = np.array([float(f"{value:.6g}") for value in parameters])
         distance = self._distance(stored)
@@ -119,26 +132,30 @@ class Judge:
 
     def _fit(self, parameters: FloatArray, distance: float) -> tuple[float, str]:
         played = self._roll(parameters, self.training.target, as_arm=True)
-        speed_r, measures = self._speed(played)
+        hand = self._hand(played)
         longest = SLOWEST * float(self.training.time[-1])
         misfit = ""
         if not played.arrived:
             misfit = f"stays {played.distance * 100:.1f} cm from the target"
         elif distance > GREATEST_DISTANCE * self.arm.chain.reach:
             misfit = f"distance {distance * 100:.1f} cm to the capture"
-        elif measures.speed_peaks != 1:
-            misfit = f"{measures.speed_peaks} peaks of hand speed"
-        elif measures.movement_time > longest:
-            misfit = f"takes {measures.movement_time:.2f} s, allowed are {longest:.2f} s"
-        elif speed_r < LEAST_SPEED_R:
-            misfit = f"speed correlation {speed_r:.2f}"
-        return round(speed_r, 4), misfit
+        elif hand.peaks != 1:
+            misfit = f"{hand.peaks} peaks of hand speed"
+        elif hand.movement_time > longest:
+            misfit = f"takes {hand.movement_time:.2f} s, allowed are {longest:.2f} s"
+        elif hand.speed_r < LEAST_SPEED_R:
+            misfit = f"speed correlation {hand.speed_r:.2f}"
+        return round(hand.speed_r, 4), misfit
 
-    def _speed(self, played: RollOut) -> tuple[float, ProfileMeasures]:
-        hand = played.positions[:, -1]
-        speed_r = correlation(self.profile, normalised_speed(played.time, hand))
-        # A constant speed correlates with nothing
-        return np.nan_to_num(speed_r).item(), profile_measures(played.time, hand)
+    def _hand(self, played: RollOut) -> HandSpeed:
+        moved = movement(played.time, played.positions[:, -1])
+        speed_r = correlation(self.profile, moved.speed)
+        return HandSpeed(
+            np.nan_to_num(speed_r).item(),  # a constant speed correlates with nothing
+            minimum_jerk_fit(moved.speed, moved.rate)[0],
+            count_peaks(moved.speed, moved.rate),
+            float(moved.time[-1] - moved.time[0]),
+        )
 
     def _service(self, parameters: FloatArray) -> float:
         """Mean worth of the hand's speed on the way to the target and its neighbours.
@@ -151,8 +168,8 @@ class Judge:
             played = self._roll(parameters, target, as_arm=True)
             worth = 0.0
             if played.arrived:
-                speed_r, measures = self._speed(played)
-                worth = min(speed_r, measures.min_jerk_r) * (measures.speed_peaks == 1)
+                hand = self._hand(played)
+                worth = min(hand.speed_r, hand.min_jerk_r) * (hand.peaks == 1)
             found.append(worth)
         return float(np.mean(found))
 
