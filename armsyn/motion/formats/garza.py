@@ -54,7 +54,8 @@ def read_garza(path: Path) -> dict[str, Motion]:
         When the file is not such a file.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        # Opened here: numpy leaves a damaged file open
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             content = {key: file[key] for key in file.files}
         skeleton = _Skeleton(content)
         names = [str(name) for name in content["motions"]]

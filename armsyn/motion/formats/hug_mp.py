@@ -65,7 +65,8 @@ def read_hug_mp(path: Path) -> dict[Key, Motion]:
     from scipy.io.matlab import MatReadError  # noqa: PLC0415
 
     try:
-        content = loadmat(path)
+        with path.open("rb") as file:
+            content = loadmat(file)
         (variable,) = [name for name in content if not name.startswith("__")]
         cells = content[variable]
         motions = {
