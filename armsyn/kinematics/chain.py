@@ -115,15 +115,27 @@ class SerialChain:
         turns = np.array([turning_z_to(joint.axis) for joint in self.joints])
         before = np.concatenate([np.eye(3)[None], turns]).transpose(0, 2, 1)
         after = np.concatenate([turns, np.eye(3)[None]])
-        fixed = np.array([from_rpy(j.rpy) for j in self.joints] + [from_rpy(self.tip_rpy)])
         shifts = np.array([j.xyz for j in self.joints] + [self.tip_xyz])
         return kernels.ChainArrays(
-            rotation=np.ascontiguousarray(before @ fixed @ after),
+            rotation=np.ascontiguousarray(before @ self._fixed_rotations @ after),
             translation=np.ascontiguousarray(np.einsum("kij,kj->ki", before, shifts)),
             prismatic=np.array([j.kind == "prismatic" for j in self.joints]),
             lower=np.array([j.lower for j in self.joints]),
             upper=np.array([j.upper for j in self.joints]),
         )
+
+    @cached_property
+    def _fixed_rotations(self) -> FloatArray:
+        """Of every joint and the tip in the parent's frame at zero, shape (n + 1, 3, 3)."""
+        return np.array([from_rpy(rpy) for rpy in (*(j.rpy for j in self.joints), self.tip_rpy)])
+
+    @cached_property
+    def _turning_axes(self) -> FloatArray:
+        """Unit axes in the joints' own frames, zero for prismatic joints, shape (n, 3)."""
+        axes = np.array([joint.axis for joint in self.joints])
+        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+        axes[self.arrays.prismatic] = 0.0
+        return axes
 
     @property
     def dof(self) -> int:
@@ -184,14 +196,13 @@ class SerialChain:
             Wrong count, or not finite.
         """
         posture = self.checked_posture(q)
-        orientations = np.empty((self.dof + 1, 3, 3))
+        orientations = self._fixed_rotations.copy()
+        turns = from_expmap(posture[:, None] * self._turning_axes)
         orientation = np.eye(3)
-        for row, (joint, value) in enumerate(zip(self.joints, posture, strict=True)):
-            turn = value if joint.kind == "revolute" else 0.0
-            axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-            orientation = orientation @ from_rpy(joint.rpy) @ from_expmap(turn * axis)
+        for row in range(self.dof):
+            orientation = orientation @ orientations[row] @ turns[row]
             orientations[row] = orientation
-        orientations[-1] = orientation @ from_rpy(self.tip_rpy)
+        orientations[-1] = orientation @ orientations[-1]
         return ChainFrames(self.positions(posture[None])[0], orientations)
 
     def positions(self, angles: ArrayLike) -> FloatArray:
