@@ -103,7 +103,7 @@ def _learning_options(options: dict[str, Any], *, has_servos: bool) -> LearningO
         iks=tuple(dict.fromkeys(options["iks"])),
         models=tuple(dict.fromkeys(options["models"])),
         stable=has_servos if options["stable"] is None else options["stable"],
-        rate_hz=options["rate_hz"] or 120.0,
+        rate_hz=120.0 if options["rate_hz"] is None else options["rate_hz"],
         lambda_=options["lambda_"],
         seed=options["seed"],
         workers=options["workers"],
@@ -113,10 +113,19 @@ def _learning_options(options: dict[str, Any], *, has_servos: bool) -> LearningO
 
 def _check_writable(out: Path) -> None:
     """Learning takes minutes: find out before, not after."""
+    import tempfile
+
     from armsyn.errors import InputError
 
     if not out.parent.is_dir():
         raise InputError(f"{out}: the folder {out.parent} does not exist: make it first")
+    try:
+        with tempfile.TemporaryFile(dir=out.parent):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"{out}: the folder {out.parent} cannot be written: {error.strerror or error}"
+        ) from error
 
 
 class _Progress(AbstractContextManager["_Progress"]):
@@ -160,6 +169,7 @@ def _write_run(out: Path) -> None:
     import sys
 
     import armsyn
+    from armsyn.motion.formats.files import replacing
 
     run = {
         "schema": "armsyn-run-1",
@@ -170,7 +180,8 @@ def _write_run(out: Path) -> None:
         "time": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
     }
     path = out.with_name(f"{out.name.removesuffix('.json')}.run.json")
-    path.write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
 
 
 def _report(library: SynergyLibrary, out: Path, *, as_json: bool) -> None:

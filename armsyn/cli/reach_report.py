@@ -189,19 +189,7 @@ def draw_speeds(path: Path, done: Done, planner: ReachPlanner) -> None:
     axes = figure.add_subplot()
     split = arrival_row(done)
     measured = done.recording.measured_motion(done.arm).between(0, split)
-    moved = movement(measured.time, measured.hand)
-    profile = np.array(done.out.learned.speed_profile)
-    duration = moved.time[-1] - moved.time[0]
-    # The capture's profile over the measured duration, scaled to the same path length
-    scale = np.trapezoid(moved.speed, moved.time) / (np.trapezoid(profile, dx=0.01) * duration)
-    phase = np.linspace(0.0, 1.0, profile.size)
-    axes.plot(
-        moved.time[0] + phase * duration,
-        profile * scale,
-        color="0.6",
-        linewidth=5,
-        label=f"captured: {done.out.learned.name} (same duration and path)",
-    )
+    _draw_captured(axes, done, measured)
     _draw(axes, done.out.trajectory, "planned", color="tab:blue", linestyle="--")
     kind = "simulated" if done.recording.simulated else done.recording.port
     _draw(axes, measured, f"measured ({kind})", color="tab:red")
@@ -210,13 +198,32 @@ def draw_speeds(path: Path, done: Done, planner: ReachPlanner) -> None:
         _draw(axes, raw, "raw controller (S_A), planned", color="k", linestyle=":")
     highest = max(float(np.max(np.asarray(line.get_ydata()))) for line in axes.get_lines())
     axes.set(xlabel="time, s", ylabel="hand speed, m/s")
-    axes.set(xlim=(0, 1.3 * measured.time[-1]), ylim=(0, 1.4 * highest))
+    axes.set(xlim=(0, 1.3 * measured.time[-1]), ylim=(0, 1.4 * highest or 0.1))
     x, y, z = done.out.target
     axes.set_title(f"{done.arm.name} ({kind}) reaches for ({x:.2f}, {y:.2f}, {z:.2f}) m")
     axes.legend(loc="upper right")
     axes.grid(visible=True, alpha=0.3)
     with replacing(path) as temporary:
         figure.savefig(temporary, format="png", dpi=120)
+
+
+def _draw_captured(axes: Any, done: Done, measured: Motion) -> None:
+    """Draw the capture's profile over the measured duration, scaled to the same path length."""
+    try:
+        moved = movement(measured.time, measured.hand)
+    except InputError as error:
+        click.echo(f"no capture in the plot: {error}", err=True)
+        return
+    profile = np.array(done.out.learned.speed_profile)
+    duration = moved.time[-1] - moved.time[0]
+    scale = np.trapezoid(moved.speed, moved.time) / (np.trapezoid(profile, dx=0.01) * duration)
+    axes.plot(
+        moved.time[0] + np.linspace(0.0, 1.0, profile.size) * duration,
+        profile * scale,
+        color="0.6",
+        linewidth=5,
+        label=f"captured: {done.out.learned.name} (same duration and path)",
+    )
 
 
 def _draw(axes: Any, motion: Motion, label: str, **style: Any) -> None:
