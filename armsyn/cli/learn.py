@@ -146,13 +146,15 @@ class _Progress(AbstractContextManager["_Progress"]):
         self._tasks: dict[str, Any] = {}
 
     def __enter__(self) -> _Progress:
-        self._bars.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._bars.stop()
+        if self._tasks:
+            self._bars.stop()
 
     def update(self, name: str, done: int, total: int, said: str) -> None:
+        if not self._tasks:  # nothing is shown where input is refused
+            self._bars.start()
         if name not in self._tasks:
             for earlier in self._tasks.values():
                 self._bars.update(earlier, total=self._bars.tasks[earlier].completed)

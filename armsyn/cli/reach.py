@@ -182,7 +182,10 @@ def _run(session: ArmSession, trajectory: Any, park: Any, options: dict[str, Any
     from armsyn.driver import save_recording
 
     console = Console(stderr=True)
-    with Progress(console=console, transient=True, auto_refresh=False) as bar:
+    with ExitStack() as stack:
+        bar = Progress(console=console, transient=True, auto_refresh=False)
+        if console.is_terminal:
+            stack.enter_context(bar)
         task = bar.add_task("moving", total=1.0)
         shown = 0.0
 
