@@ -179,8 +179,6 @@ def _run(session: ArmSession, trajectory: Any, park: Any, options: dict[str, Any
     from rich.console import Console
     from rich.progress import Progress
 
-    from armsyn.driver import save_recording
-
     console = Console(stderr=True)
     with ExitStack() as stack:
         bar = Progress(console=console, transient=True, auto_refresh=False)
@@ -199,6 +197,18 @@ def _run(session: ArmSession, trajectory: Any, park: Any, options: dict[str, Any
             return session.run(trajectory, park, show if console.is_terminal else None)
         except BaseException:
             if session.recording is not None and options["record"]:
-                save_recording(options["record"], session.recording, session.arm)
-                click.echo(f"what was recorded until then: {options['record']}", err=True)
+                _save_what_there_is(options["record"], session.recording, session.arm)
             raise
+
+
+def _save_what_there_is(path: Path, recording: Recording, arm: ArmDescription) -> None:
+    """Keep the recording of a run that failed; what it failed of is the error to end with."""
+    from armsyn.driver import save_recording
+    from armsyn.errors import InputError
+
+    try:
+        save_recording(path, recording, arm)
+    except InputError as error:
+        click.echo(f"nothing recorded: {error}", err=True)
+    else:
+        click.echo(f"what was recorded until then: {path}", err=True)

@@ -48,8 +48,9 @@ def test_gains_keep_the_loop_converging(library: SynergyLibrary) -> None:
             bounds = parameter_bounds(learned.model, len(library.joint_names), stable=True)
             assert (np.array(learned.parameters) >= bounds[0]).all()
             assert (np.array(learned.parameters) <= bounds[1]).all()
-            most = max(learned.parameters[: len(library.joint_names)])
-            assert library.lambdas[learned.ik] / library.rate_hz * most < 2
+            if learned.ik in ("svd", "dls"):  # J G J^+ is bounded by the greatest gain
+                most = max(learned.parameters[: len(library.joint_names)])
+                assert library.lambdas[learned.ik] / library.rate_hz * most < 2
 
 
 @pytest.mark.usefixtures("captures")
