@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 from collections.abc import Callable
 
 import msgspec
@@ -52,7 +53,8 @@ def learn(
     Returns
     -------
     SynergyLibrary
-        ``complete`` is False when Ctrl-C ended it: then it holds the best so far.
+        ``complete`` is False when Ctrl-C ended it: then it holds the best so far. Where there is
+        nothing yet to keep, ``KeyboardInterrupt`` is raised again.
 
     Raises
     ------
@@ -65,21 +67,28 @@ def learn(
     _set_workers(options.workers)
     found: dict[tuple[str, str], Annealed] = {}
     complete = True
-    for ik in options.iks:
-        for model in options.models:
-            if complete:
-                annealed = fit(arm, trainings, ik, model, options, on_progress)
-                complete = not annealed.interrupted
-                found[ik, model] = annealed
+    for ik, model in itertools.product(options.iks, options.models):
+        try:
+            annealed = fit(arm, trainings, ik, model, options, on_progress)
+        except KeyboardInterrupt:  # before anything of this pair was scored
+            complete = False
+        else:
+            complete = not annealed.interrupted
+            found[ik, model] = annealed
+        if not complete:
+            break
+    if not found:
+        raise KeyboardInterrupt
     reaches = []
     for row, training in enumerate(trainings):
         try:
-            reaches.append(_learned_reach(arm, training, row, found, options, quick=not complete))
+            if on_progress is not None:
+                on_progress("judging", row + 1, len(trainings), "")
+            reach = _learned_reach(arm, training, row, found, options, quick=not complete)
         except KeyboardInterrupt:
             complete = False
-            reaches.append(_learned_reach(arm, training, row, found, options, quick=True))
-        if on_progress is not None:
-            on_progress("judging", row + 1, len(trainings), "")
+            reach = _learned_reach(arm, training, row, found, options, quick=True)
+        reaches.append(reach)
     return SynergyLibrary(
         schema="armsyn-synergies-1",
         arm=arm.name,

@@ -13,7 +13,7 @@ from armsyn.kernels import rollout as kernels
 from armsyn.motion.captures import Capture, load_captures
 from armsyn.scoring import mean_distance
 from armsyn.synergy import Controller, SynergyLibrary, synergies
-from armsyn.synergy.annealing import Schedule
+from armsyn.synergy.annealing import Annealed, Schedule
 from armsyn.synergy.learning import fit, learn
 from armsyn.synergy.library import save_library
 from armsyn.synergy.models import parameter_bounds
@@ -162,6 +162,45 @@ def test_ctrl_c_keeps_the_best_so_far(human7: ArmDescription, played: Capture) -
     assert {learned.model for learned in library.reaches[0].sets} == {"A", "C"}
     assert ("S_C svd", 6) not in said
     assert np.isfinite(library.reaches[0].set_for("svd", "C").distance_m)
+
+
+@pytest.mark.parametrize("row", [1, 2])
+def test_ctrl_c_while_judging_keeps_everything(
+    human7: ArmDescription, played: Capture, row: int
+) -> None:
+    def stop(name: str, done: int, _total: int, _remark: str) -> None:
+        if (name, done) == ("judging", row):
+            raise KeyboardInterrupt
+
+    schedule = dataclasses.replace(SHORT, generations=5, max_generations=5)
+    library = learn(human7, "made", [played, played], LearningOptions(schedule=schedule), stop)
+    assert not library.complete
+    assert [len(reach.sets) for reach in library.reaches] == [1, 1]
+    assert library.reaches[0].sets[0].distance_m < 0.1
+
+
+@pytest.mark.parametrize("finished", [0, 1])
+def test_ctrl_c_before_a_model_was_scored(
+    human7: ArmDescription, played: Capture, monkeypatch: pytest.MonkeyPatch, finished: int
+) -> None:
+    schedule = dataclasses.replace(SHORT, generations=5, max_generations=5)
+    options = LearningOptions(models=("C", "B"), schedule=schedule)
+    annealed = fit(human7, [prepare(human7, played, 120.0)], "svd", "C", options)
+    ends = iter([annealed] * finished)
+
+    def interrupted(*_: object, **__: object) -> Annealed:
+        for end in ends:
+            return end
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("armsyn.synergy.learning.fit", interrupted)
+    if not finished:
+        with pytest.raises(KeyboardInterrupt):
+            learn(human7, "made", [played], options)
+        return
+    library = learn(human7, "made", [played], options)
+    assert not library.complete
+    assert [learned.model for learned in library.reaches[0].sets] == ["C"]
 
 
 def test_captures_that_cannot_be_used_are_left_out_with_the_reason(
