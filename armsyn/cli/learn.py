@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from armsyn.cli.choices import IKS, MODELS
+
 if TYPE_CHECKING:
     from armsyn.synergy.library import SynergyLibrary
     from armsyn.synergy.options import LearningOptions
-
-IKS = click.Choice(["svd", "jt", "njt", "dls"])
-MODELS = click.Choice(["A", "B", "C", "D"])
 
 
 @click.command()

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from armsyn.cli.choices import IKS, MODELS
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
@@ -55,19 +58,24 @@ class Done:
 @click.option("--rate", "rate_hz", type=float, default=200.0, show_default=True, help="Hz.")
 @click.option(
     "--ik",
-    type=click.Choice(["svd", "jt", "njt", "dls"]),
+    type=IKS,
     default="svd",
     show_default=True,
     help="Optimiser.",
 )
 @click.option(
     "--model",
-    type=click.Choice(["A", "B", "C", "D"]),
-    default="C",
-    show_default=True,
-    help="Synergy model.",
+    type=MODELS,
+    help="Synergy model.  [default: C]",
 )
 @click.option("--raw", is_flag=True, help="The controller without synergy: the paper's S_A.")
+@click.option(
+    "--slower",
+    type=float,
+    default=1.0,
+    metavar="FACTOR",
+    help="At least so many times slower than the person (an arm's limits may ask for more).",
+)
 @click.option("--return", "come_back", is_flag=True, help="Come back to where the hand started.")
 @click.option("--park", is_flag=True, help="Afterwards go to the rest posture; torque off.")
 @click.option(
@@ -109,8 +117,13 @@ def reach(**options: Any) -> None:
     name, directory = options["arm_name"] or DEFAULT_ARM, options["calibration"]
     arm = load_arm(name, directory)
     library = load_library(find_file(name, ".synergies.json", directory))
-    planner = ReachPlanner(arm, library, options["ik"], "A" if options["raw"] else options["model"])
+    if options["raw"] and options["model"]:
+        raise InputError("--raw is model A: give either --raw or --model")
+    model = "A" if options["raw"] else options["model"] or "C"
+    planner = ReachPlanner(arm, library, options["ik"], model)
     _check(options)
+    if not library.complete:
+        click.echo(f"learning of {name}'s synergies was interrupted: run armsyn learn", err=True)
     if options["record"]:
         check_recording_path(options["record"])
     with ExitStack() as stack:
@@ -118,11 +131,24 @@ def reach(**options: Any) -> None:
         simulated = not options["port"]
         _say_port(arm.name, port, simulated=simulated, as_json=options["as_json"])
         done = _reach(planner, port, options, simulated=simulated)
-    if options["record"]:
-        save_recording(options["record"], done.recording, arm)
-    if options["plot"]:
-        draw_speeds(options["plot"], done, planner)
-    report(done, record=options["record"], plot=options["plot"], as_json=options["as_json"])
+    # However the arm was left is said first; what could not be written comes after it
+    failed: list[InputError] = []
+    written: dict[str, Path | None] = {"record": None, "plot": None}
+    writers: dict[str, Callable[[Path], None]] = {
+        "record": lambda path: save_recording(path, done.recording, arm),
+        "plot": lambda path: draw_speeds(path, done, planner),
+    }
+    for kind, write in writers.items():
+        if options[kind]:
+            try:
+                write(options[kind])
+                written[kind] = options[kind]
+            except InputError as error:
+                failed.append(error)
+    status = report(done, **written, as_json=options["as_json"])
+    if failed:
+        raise failed[0]
+    click.get_current_context().exit(status)
 
 
 def _check(options: dict[str, Any]) -> None:
@@ -135,6 +161,8 @@ def _check(options: dict[str, Any]) -> None:
         raise InputError(f"--target must be three finite numbers of metres: {options['target']}")
     if not (math.isfinite(options["rate_hz"]) and 0 < options["rate_hz"] <= 2000):
         raise InputError(f"--rate must be above 0 and at most 2000 Hz, got {options['rate_hz']:g}")
+    if not (math.isfinite(options["slower"]) and options["slower"] >= 1):
+        raise InputError(f"--slower must be at least 1, got {options['slower']:g}")
     plot = options["plot"]
     if plot and (plot.suffix.lower() != ".png" or not plot.parent.is_dir()):
         raise InputError(f"--plot {plot}: must end in .png, in a folder that exists")
@@ -160,11 +188,13 @@ def _reach(planner: ReachPlanner, port: str, options: dict[str, Any], *, simulat
     arm, rate = planner.arm, options["rate_hz"]
     with ArmSession.open(port, arm, rate, simulated=simulated) as session:
         start = session.read_posture()
-        out = planner.plan(start, np.array(options["target"]), rate)
+        slower = options["slower"]
+        out = planner.plan(start, np.array(options["target"]), time_scale=slower)
         trajectory, back = out.trajectory, None
         if options["come_back"]:
             assert trajectory.angles is not None  # noqa: S101 - planned
-            back = planner.plan(trajectory.angles[-1], arm.chain.forward(start).tip, rate)
+            hand = arm.chain.forward(start).tip
+            back = planner.plan(trajectory.angles[-1], hand, time_scale=slower)
             trajectory = joined(trajectory, back.trajectory)
         park = None
         if options["park"]:

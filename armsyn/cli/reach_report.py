@@ -11,7 +11,7 @@ import numpy as np
 
 from armsyn.cli.reach import Done
 from armsyn.driver import Ending
-from armsyn.errors import InputError, RefusedMotionError
+from armsyn.errors import FormatError, InputError, RefusedMotionError
 from armsyn.motion import FloatArray, Motion
 from armsyn.planning import PlannedReach, ReachPlanner
 from armsyn.scoring import ProfileMeasures, correlation, measure, movement, normalised_speed
@@ -19,8 +19,8 @@ from armsyn.scoring import ProfileMeasures, correlation, measure, movement, norm
 STOPPED = 130
 
 
-def report(done: Done, *, record: Path | None, plot: Path | None, as_json: bool) -> None:
-    """Print the summary; a run that was stopped ends with status 130.
+def report(done: Done, *, record: Path | None, plot: Path | None, as_json: bool) -> int:
+    """Print the summary.
 
     Parameters
     ----------
@@ -28,6 +28,11 @@ def report(done: Done, *, record: Path | None, plot: Path | None, as_json: bool)
     record, plot : Path or None
         Files that were written.
     as_json : bool
+
+    Returns
+    -------
+    int
+        Exit status: 0, or 130 when the run was stopped on request.
     """
     document = summary(done)
     document["record"] = None if record is None else str(record)
@@ -36,8 +41,8 @@ def report(done: Done, *, record: Path | None, plot: Path | None, as_json: bool)
         click.echo(json.dumps(document, indent=2, allow_nan=False))
     else:
         _print(document)
-    if done.recording.ending not in (Ending.COMPLETED, Ending.PARKED):
-        raise SystemExit(STOPPED)
+    stopped = {Ending.STOPPED_HOLDING, Ending.STOPPED_PARKED, Ending.ABORTED}
+    return STOPPED if done.recording.ending in stopped else 0
 
 
 def summary(done: Done) -> dict[str, Any]:
@@ -54,15 +59,20 @@ def summary(done: Done) -> dict[str, Any]:
         reach was stopped before they could be taken.
     """
     recording = done.recording
-    measured = recording.measured_motion(done.arm)
+    measured: Motion | str
+    try:
+        measured = recording.measured_motion(done.arm)
+    except FormatError as error:  # stopped before the arm could answer
+        measured = str(error)
     split = arrival_row(done)
+    tracking = recording.tracking_rms()
     document: dict[str, Any] = {
         "arm": recording.arm,
         "port": recording.port,
         "simulated": recording.simulated,
         "ending": recording.ending.value,
         **_leg(done.out, measured, slice(0, split + 1)),
-        "tracking_rms_rad": recording.tracking_rms(),
+        "tracking_rms_rad": tracking if np.isfinite(tracking) else None,
         "ticks": recording.ticks,
         "missed_ticks": recording.missed_ticks,
         "command_success_rate": recording.command_success_rate,
@@ -91,11 +101,10 @@ def _last_row_at(commanded: FloatArray, trajectory: Motion) -> int:
     return int(np.flatnonzero(there)[-1]) if there.any() else commanded.shape[0] - 1
 
 
-def _leg(planned: PlannedReach, measured: Motion, rows: slice) -> dict[str, Any]:
-    hand = measured.hand[rows]
+def _leg(planned: PlannedReach, measured: Motion | str, rows: slice) -> dict[str, Any]:
     document: dict[str, Any] = {
         "target_m": planned.target.tolist(),
-        "hand_error_m": float(np.linalg.norm(hand[-1] - planned.target)),
+        "hand_error_m": None,
         "captured": planned.learned.name,
         "captured_rank": planned.rank,
         "ik": planned.synergy.ik,
@@ -105,6 +114,9 @@ def _leg(planned: PlannedReach, measured: Motion, rows: slice) -> dict[str, Any]
     }
     keys = ("movement_time_s", "speed_peaks", "time_to_peak", "peak_over_mean", "min_jerk_r")
     document |= dict.fromkeys((*keys, "sparc", "captured_r"))
+    if isinstance(measured, str):
+        return document | {"not_measured": measured}
+    document["hand_error_m"] = float(np.linalg.norm(measured.hand[rows][-1] - planned.target))
     try:
         taken = measured.between(rows.start, rows.stop - 1)
         found = measure(taken)
@@ -135,10 +147,12 @@ def _print(document: dict[str, Any]) -> None:
     click.echo(_leg_text("reach", document))
     if "return" in document:
         click.echo(_leg_text("return", document["return"]))
+    rms = document["tracking_rms_rad"]
+    tracking = "unknown" if rms is None else f"{rms:.4f} rad rms"
     click.echo(
         f"stream: {document['ticks']} ticks at {document['rate_hz']:g} Hz,"
         f" {document['missed_ticks']} missed, success {document['command_success_rate']:.2f},"
-        f" tracking {document['tracking_rms_rad']:.4f} rad rms"
+        f" tracking {tracking}"
     )
     where = "the simulated arm ends with this command" if document["simulated"] else "now"
     click.echo(f"ended: {document['ending']} ({where})")
@@ -148,8 +162,10 @@ def _print(document: dict[str, Any]) -> None:
 
 
 def _leg_text(name: str, leg: dict[str, Any]) -> str:
+    miss = leg["hand_error_m"]
+    error = "an unknown distance" if miss is None else f"{miss * 1000:.1f} mm"
     lines = [
-        f"{name}: hand {leg['hand_error_m'] * 1000:.1f} mm from its target,"
+        f"{name}: hand {error} from its target,"
         f" like {leg['captured']}, {leg['time_scale']:.2f} times slower"
     ]
     if leg["captured_rank"]:
@@ -238,7 +254,7 @@ def _raw(done: Done, planner: ReachPlanner) -> Motion | None:
     """Plan the same reach without synergy; None where that fails (it is drawn, not moved)."""
     try:
         raw = ReachPlanner(planner.arm, planner.library, planner.ik, "A")
-        planned = raw.plan(done.start, done.out.target, done.recording.rate_hz)
+        planned = raw.plan(done.start, done.out.target)
     except (RefusedMotionError, InputError) as error:
         click.echo(f"no raw controller in the plot: {error}", err=True)
         return None

@@ -9,10 +9,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from armsyn.errors import PortError
+from armsyn.errors import PortError, PortLostError
 
 _START_S = 15.0
 _STOP_S = 5.0
+_LAST_WORDS_S = 1.0
 
 
 @contextmanager
@@ -36,6 +37,8 @@ def simulated_arm(description: Path) -> Iterator[str]:
     ------
     PortError
         When it does not start.
+    PortLostError
+        When it ends by itself while in use; the message says how.
     """
     command = [sys.executable, "-m", "firmware_sim", "--arm", description.stem]
     command += ["--calibration", str(description.parent), "--exit-with-stdin"]
@@ -49,6 +52,11 @@ def simulated_arm(description: Path) -> Iterator[str]:
     )
     try:
         yield _port_of(process)
+    except PortLostError as error:
+        status = _ended(process)
+        if status is None:
+            raise
+        raise PortLostError(f"the simulated arm ended by itself: {status}") from error
     finally:
         _stop(process)
 
@@ -62,6 +70,17 @@ def _port_of(process: subprocess.Popen[str]) -> str:
         said = " ".join(process.stderr.read().split()) or "it said nothing"
         raise PortError(f"the simulated arm did not start: {said}")
     return port
+
+
+def _ended(process: subprocess.Popen[str]) -> str | None:
+    """How a simulator that runs no more ended, in one line; None when it still runs."""
+    assert process.stderr is not None  # noqa: S101 - a pipe
+    try:
+        status = process.wait(_LAST_WORDS_S)
+    except subprocess.TimeoutExpired:
+        return None
+    said = process.stderr.read().strip().splitlines()
+    return f"status {status}, {said[-1] if said else 'without a word'}"
 
 
 def _stop(process: subprocess.Popen[str]) -> None:

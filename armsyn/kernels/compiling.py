@@ -27,11 +27,6 @@ def parallel_kernel(function: Function) -> Function:
     return _compiled(function, {"parallel": True})
 
 
-def inline_kernel(function: Function) -> Function:
-    """Compile `function` so that it disappears into the kernels that call it."""
-    return _compiled(function, {"inline": "always"})
-
-
 def _compiled(function: Function, options: dict[str, Any]) -> Function:
     settings = {"error_model": "numpy", "fastmath": _FASTMATH, **options}
     try:

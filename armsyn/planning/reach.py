@@ -29,8 +29,13 @@ LONGEST_S = 8.0
 MARGIN = 1.02
 """The trajectory keeps this factor inside the limits."""
 
+PLANNING_RATE_HZ = 200.0
+"""Frames a second of a plan, whatever rate it is streamed at: the explicit step of the controller
+needs lambda dt g well below 1, and the driver interpolates."""
+
 _MOST_SCALINGS = 40
 _SETTLE_S = 0.1
+_AT_LIMIT_RAD = 0.01
 
 
 @dataclass(frozen=True)
@@ -92,7 +97,14 @@ class ReachPlanner:
                 f" ({', '.join(self.arm.joint_names)}): run armsyn learn --arm {self.arm.name}"
             )
 
-    def plan(self, posture: ArrayLike, target: ArrayLike, rate_hz: float) -> PlannedReach:
+    def plan(
+        self,
+        posture: ArrayLike,
+        target: ArrayLike,
+        rate_hz: float = PLANNING_RATE_HZ,
+        *,
+        time_scale: float = 1.0,
+    ) -> PlannedReach:
         """Plan a reach from a posture to a target.
 
         Parameters
@@ -103,6 +115,8 @@ class ReachPlanner:
             Position of the hand, base frame, m.
         rate_hz : float
             Of the trajectory.
+        time_scale : float
+            At least so many times slower than the learned reach.
 
         Returns
         -------
@@ -111,9 +125,10 @@ class ReachPlanner:
         Raises
         ------
         InputError
-            Wrong counts, not finite, or a rate that is not positive.
+            Wrong counts, not finite, or a rate or time scale that is not positive.
         LimitError
-            The posture is outside the joints' ranges.
+            The posture is outside the joints' ranges; or no synergy that arrives can be slowed
+            until the joints' accelerations hold.
         UnreachableError
             No learned synergy brings the hand within `TOLERANCE_M`.
         """
@@ -125,18 +140,29 @@ class ReachPlanner:
             raise InputError(f"a target is 3 finite numbers of metres, got {goal.tolist()}")
         if not 0 < rate_hz < np.inf:
             raise InputError(f"a trajectory needs a positive rate, got {rate_hz:g} Hz")
+        if not 1.0 <= time_scale < np.inf:
+            raise InputError(f"a reach can be slowed by a factor of at least 1, got {time_scale:g}")
         hand = self.arm.chain.forward(start).tip
         candidates = self.library.nearest(hand, goal, self.ik, self.model)
-        nearest_miss = np.inf
+        missed: RollOut | None = None
+        too_fast: LimitError | None = None
         for rank, (learned, synergy) in enumerate(candidates):
-            rolled = self._roll(start, goal, synergy, rate_hz, 1.0)
+            rolled, scale = self._roll(start, goal, synergy, rate_hz, time_scale), time_scale
             if rolled.arrived:
-                rolled, scale = self._slowed(start, goal, synergy, rate_hz)
+                try:
+                    rolled, scale = self._slowed(start, goal, synergy, rate_hz, time_scale)
+                except LimitError as error:
+                    too_fast = too_fast or error
+                    continue
             if rolled.arrived:
                 trajectory = self._trajectory(rolled, rate_hz, learned)
                 return PlannedReach(trajectory, goal, learned, synergy, rank, scale)
-            nearest_miss = min(nearest_miss, rolled.distance)
-        raise UnreachableError(self._why_not(start, goal, nearest_miss), nearest_miss)
+            if missed is None or rolled.distance < missed.distance:
+                missed = rolled
+        if missed is None:
+            assert too_fast is not None  # noqa: S101 - there is a candidate, and none was missed
+            raise too_fast
+        raise UnreachableError(self._why_not(start, goal, missed), missed.distance)
 
     def _check_inside(self, posture: FloatArray) -> None:
         """Encoders round: a posture may lie a tick outside a limit, not more."""
@@ -170,32 +196,33 @@ class ReachPlanner:
         )
 
     def _slowed(
-        self, start: FloatArray, goal: FloatArray, synergy: SynergySet, rate_hz: float
+        self, start: FloatArray, goal: FloatArray, synergy: SynergySet, rate_hz: float, scale: float
     ) -> tuple[RollOut, float]:
         """Slow the reach until every joint's speed and acceleration hold."""
-        scale = 1.0
         for _ in range(_MOST_SCALINGS):
             rolled = self._roll(start, goal, synergy, rate_hz, scale)
             excess = self._excess(rolled.angles, rate_hz)
-            if excess <= 1.0:
+            worst = int(excess.argmax())
+            if excess[worst] <= 1.0:
                 return rolled, scale
-            scale *= max(excess, 1.01)
+            scale *= max(float(excess[worst]), 1.01)
+        joint = self.arm.joint_names[worst]
         raise LimitError(
-            f"slowed {scale:.0f} times the reach still exceeds the joints' acceleration:"
-            " a joint meets its limit on the way; choose another target or --ik",
-            "",
-            excess,
+            f"slowed {scale:.0f} times the reach still asks {excess[worst]:.2f} times what"
+            f" {joint} may do in speed or acceleration: choose another target or --ik",
+            joint,
+            float(excess[worst]),
             1.0,
         )
 
-    def _excess(self, angles: FloatArray, rate_hz: float) -> float:
-        """By how much the motion would have to be slowed; at most 1 when limits hold."""
+    def _excess(self, angles: FloatArray, rate_hz: float) -> FloatArray:
+        """By how much each joint would have to be slowed, shape (n,); at most 1 within limits."""
         at_rest = np.concatenate([angles[:1], angles, angles[-1:]])
         velocity = np.diff(at_rest, axis=0) * rate_hz
         acceleration = np.diff(velocity, axis=0) * rate_hz
-        speed = (np.abs(velocity) / self.arm.max_velocity).max()
-        strain = (np.abs(acceleration) / self.arm.max_acceleration).max()
-        return float(MARGIN * max(speed, np.sqrt(strain)))
+        speed = (np.abs(velocity) / self.arm.max_velocity).max(axis=0)
+        strain = (np.abs(acceleration) / self.arm.max_acceleration).max(axis=0)
+        return np.asarray(MARGIN * np.maximum(speed, np.sqrt(strain)))
 
     def _trajectory(self, rolled: RollOut, rate_hz: float, learned: LearnedReach) -> Motion:
         """Hold the last posture a moment, so that the recording shows the hand at rest."""
@@ -211,7 +238,7 @@ class ReachPlanner:
             source=f"planned for {self.arm.name} like {learned.name}",
         )
 
-    def _why_not(self, start: FloatArray, goal: FloatArray, miss: float) -> str:
+    def _why_not(self, start: FloatArray, goal: FloatArray, missed: RollOut) -> str:
         where = "({:.3f}, {:.3f}, {:.3f}) m".format(*goal)
         best = solve_ik(self.arm.chain, goal, start, restarts=20, tolerance=TOLERANCE_M)
         if not best.success:
@@ -219,10 +246,15 @@ class ReachPlanner:
                 f"target {where} cannot be reached by {self.arm.name}: its hand stays"
                 f" {best.position_error * 100:.1f} cm away; choose a nearer target"
             )
+        chain, last = self.arm.chain, missed.angles[-1]
+        near_limit = np.minimum(last - chain.lower, chain.upper - last) < _AT_LIMIT_RAD
+        joints = [name for name, near in zip(chain.names, near_limit, strict=True) if near]
+        why = f", with {' and '.join(joints)} at the limit" if joints else ""
         return (
             f"target {where} is within reach of {self.arm.name}, but every learned synergy"
-            f" ({self.ik}/{self.model}) stops {miss * 100:.1f} cm or more short of it from this"
-            " posture, at a joint's limit: try another --ik, or go by way of another target"
+            f" ({self.ik}/{self.model}) is still {missed.distance * 100:.1f} cm or more away from"
+            f" it after {missed.time[-1]:.0f} s{why}: try another --ik, or go by way of another"
+            " target"
         )
 
 

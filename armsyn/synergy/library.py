@@ -93,7 +93,8 @@ class SynergyLibrary(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     captures : str
         The selection learned from.
     inputs_sha256 : str
-        Of the captures, the arm's kinematics and every option that the result depends on.
+        Of the arm, the captures as they were prepared for it, bounds, rate and schedule; what
+        else the result depends on (seed, lambdas, optimisers, models) stands in the file.
     seed : int
     rate_hz : float
         Frame rate of learning.
@@ -161,13 +162,22 @@ class SynergyLibrary(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 gap = np.concatenate([reach.start_m - start, reach.target_m - target])
                 usable.append((float(np.linalg.norm(gap)), reach, found))
         if not usable:
-            known = sorted({(s.ik, s.model) for reach in self.reaches for s in reach.sets})
-            listed = ", ".join(f"{i}/{m}" for i, m in known) or "nothing"
-            raise InputError(
-                f"no synergy of {self.arm} fits with --ik {ik} --model {model};"
-                f" learned are {listed}: run armsyn learn"
-            )
+            raise InputError(self._why_none(ik, model))
         return [(reach, found) for _, reach, found in sorted(usable, key=lambda item: item[0])]
+
+    def _why_none(self, ik: str, model: str) -> str:
+        known = sorted({(s.ik, s.model) for reach in self.reaches for s in reach.sets})
+        if (ik, model) in known:
+            return (
+                f"none of the {len(self.reaches)} reaches that {self.arm} learned with {ik}/{model}"
+                " moves its hand as captured (armsyn learn says why): choose another --ik or"
+                " --model"
+            )
+        listed = ", ".join(f"{i}/{m}" for i, m in known) or "nothing"
+        return (
+            f"{self.arm} has learned nothing with --ik {ik} --model {model}, only {listed}:"
+            " run armsyn learn"
+        )
 
 
 def load_library(path: Path) -> SynergyLibrary:

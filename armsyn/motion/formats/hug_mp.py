@@ -66,7 +66,7 @@ def read_hug_mp(path: Path) -> dict[Key, Motion]:
 
     try:
         with path.open("rb") as file:
-            content = loadmat(file)
+            content = loadmat(file)  # type: ignore[arg-type]  # the stubs know paths only
         (variable,) = [name for name in content if not name.startswith("__")]
         cells = content[variable]
         motions = {
