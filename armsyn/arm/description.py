@@ -82,7 +82,9 @@ class ServoDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     return_delay_us : int
         Return delay time, us, even.
     drive_mode : int
-        Drive mode register (bit 0 reverse, bit 2 time-based profile).
+        Drive mode register. The driver refuses a servo whose bit 0 (reverse) differs, or whose
+        bits 1 (dual-joint slave) or 3 (torque on by a goal) are set; bit 2 (time-based profile)
+        may differ, as no profile is used. A simulated servo takes all of it.
     """
 
     joint: str

@@ -163,22 +163,30 @@ def read_facts(bus: Bus, arm: ArmDescription) -> tuple[ServoFacts, ...]:
     return tuple(facts)
 
 
-def check_facts(facts: tuple[ServoFacts, ...]) -> None:
+def check_facts(facts: tuple[ServoFacts, ...], arm: ArmDescription) -> None:
     """Refuse servos that must not be given torque as they are.
+
+    Of Drive Mode, bit 0 (reverse) must be as described, bits 1 (dual-joint slave) and 3 (torque
+    on by a goal) must be clear. Bit 2 (time-based profile) may differ from the description: it
+    only says what the profile registers mean, and they are 0 (no profile) while goals stream.
 
     Parameters
     ----------
     facts : tuple of ServoFacts
+        In the order of the description's servos.
+    arm : ArmDescription
 
     Raises
     ------
     HardwareFaultError
         A latched hardware error, or a bus watchdog that has expired or is about to.
     ServoMismatchError
-        An operating mode, drive mode or homing offset that this driver cannot stream to.
+        An operating mode, drive mode or homing offset that this driver cannot stream to, or
+        another direction than described.
     """
-    for servo in facts:
+    for servo, described in zip(facts, arm.servo, strict=True):
         _check_setup(servo)
+        _check_drive_mode(servo, described.drive_mode)
     for servo in facts:
         _check_faults(servo)
 
@@ -189,16 +197,30 @@ def _check_setup(servo: ServoFacts) -> None:
             f"{servo.title} is in operating mode {servo.operating_mode}: write 3 (position) to"
             " register 11 with its torque off"
         )
-    if servo.drive_mode & reg.DRIVE_MODE_TORQUE_BY_GOAL:
-        raise ServoMismatchError(
-            f"{servo.title} switches its torque on by itself when it gets a goal: clear bit 3 of"
-            " register 10 (Drive Mode) with its torque off"
-        )
     in_position_mode = servo.operating_mode == reg.POSITION_MODE
     if in_position_mode and abs(servo.homing_offset) > LARGEST_HOMING_OFFSET:
         raise ServoMismatchError(
             f"{servo.title} has a homing offset of {servo.homing_offset}, which position mode"
             f" ignores: bring register 20 within +-{LARGEST_HOMING_OFFSET}"
+        )
+
+
+def _check_drive_mode(servo: ServoFacts, described: int) -> None:
+    if servo.drive_mode & reg.DRIVE_MODE_TORQUE_BY_GOAL:
+        raise ServoMismatchError(
+            f"{servo.title} switches its torque on by itself when it gets a goal: clear bit 3 of"
+            " register 10 (Drive Mode) with its torque off"
+        )
+    if servo.drive_mode & reg.DRIVE_MODE_SLAVE:
+        raise ServoMismatchError(
+            f"{servo.title} is the slave of a dual joint and does not follow its own goals: clear"
+            " bit 1 of register 10 (Drive Mode) with its torque off"
+        )
+    if (servo.drive_mode ^ described) & reg.DRIVE_MODE_REVERSE:
+        raise ServoMismatchError(
+            f"{servo.title} counts positions the other way round than described (bit 0 of register"
+            f" 10, Drive Mode, reads {servo.drive_mode & reg.DRIVE_MODE_REVERSE}): set it with the"
+            " torque off, or correct drive_mode, direction and zero_tick in the description"
         )
 
 

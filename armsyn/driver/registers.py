@@ -27,6 +27,12 @@ WATCHDOG_EXPIRED = -1
 POSITION_MODE = 3
 EXTENDED_POSITION_MODE = 4
 
+DRIVE_MODE_REVERSE = 0b0001
+"""Drive Mode bit 0: positions count the other way round."""
+
+DRIVE_MODE_SLAVE = 0b0010
+"""Drive Mode bit 1: the servo follows another one through a dual-joint cable, not its goals."""
+
 DRIVE_MODE_TORQUE_BY_GOAL = 0b1000
 """Drive Mode bit 3: a goal that is written switches the torque on."""
 

@@ -97,7 +97,7 @@ class ArmRun:
             and the watchdog stays armed.
         """
         self._facts = read_facts(self.bus, self.arm)
-        check_facts(self._facts)
+        check_facts(self._facts, self.arm)
         self._check_servo_limits(self.trajectory)
         if self.park is not None:
             self._check_servo_limits(self.park)

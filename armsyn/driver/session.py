@@ -147,7 +147,7 @@ class ArmSession:
         _check_description(arm)
         check_models(bus, arm)
         facts = read_facts(bus, arm)
-        check_facts(facts)
+        check_facts(facts, arm)
         check_rate(rate_hz, bus.baudrate, [servo.return_delay for servo in facts])
         return cls(bus, arm, rate_hz, simulated=simulated, clock=clock or MonotonicClock())
 

@@ -68,6 +68,9 @@ def store(register: str, value: int) -> Callable[[Servo], None]:
 CASES: list[tuple[Callable[[Servo], None], type[ArmsynError], str]] = [
     (store("Operating Mode", 1), ServoMismatchError, "operating mode 1: write 3"),
     (store("Drive Mode", 8), ServoMismatchError, "clear bit 3 of register 10"),
+    (store("Drive Mode", 1), ServoMismatchError, "counts positions the other way round"),
+    (store("Drive Mode", 5), ServoMismatchError, "bit 0 of register 10, Drive Mode, reads 1"),
+    (store("Drive Mode", 2), ServoMismatchError, "clear bit 1 of register 10"),
     (store("Homing Offset", 1025), ServoMismatchError, "homing offset of 1025"),
     (
         lambda servo: servo.raise_hardware_error(HardwareError.MOTOR_ENCODER),
@@ -97,6 +100,15 @@ def test_the_time_based_profile_is_accepted(stepped: SteppedArm) -> None:
         servo.memory.store("Profile Velocity", 2000)  # two seconds for each goal
     recording = stepped.session().run(stepped.way(0.3, 0, 0, 0.4))
     assert recording.tracking_rms() < 0.1
+
+
+def test_a_servo_that_is_reversed_as_described(human7: ArmDescription) -> None:
+    servo = tuple(replace(s, drive_mode=1) if s.id == 4 else s for s in human7.servo)
+    stepped = SteppedArm(replace(human7, servo=servo))
+    stepped.session()
+    stepped.servos[3].memory.store("Drive Mode", 0)
+    with pytest.raises(ServoMismatchError, match=r"servo 4 \(elbow_flexion\) .* reads 0"):
+        stepped.session()
 
 
 def test_servos_that_answer_only_pings(stepped: SteppedArm) -> None:
