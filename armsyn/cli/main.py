@@ -61,7 +61,8 @@ def cli() -> None:
 def main() -> None:
     """Run the command line; end with the exit status of what went wrong."""
     try:
-        cli.main(prog_name="armsyn", standalone_mode=False)
+        # Outside its stand-alone mode click returns the status that a command exits with
+        sys.exit(cli.main(prog_name="armsyn", standalone_mode=False) or 0)
     except ArmsynError as error:
         click.echo(f"armsyn: {_one_line(error)}", err=True)
         sys.exit(error.exit_status)

@@ -79,7 +79,7 @@ def _ended(process: subprocess.Popen[str]) -> str | None:
         status = process.wait(_LAST_WORDS_S)
     except subprocess.TimeoutExpired:
         return None
-    said = process.stderr.read().strip().splitlines()
+    said = process.stderr.read().strip().splitlines()[1:]  # the first names its servos
     return f"status {status}, {said[-1] if said else 'without a word'}"
 
 

@@ -173,10 +173,10 @@ class SynergyLibrary(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 " moves its hand as captured (armsyn learn says why): choose another --ik or"
                 " --model"
             )
-        listed = ", ".join(f"{i}/{m}" for i, m in known) or "nothing"
+        listed = ", ".join(f"{i}/{m}" for i, m in known)
         return (
-            f"{self.arm} has learned nothing with --ik {ik} --model {model}, only {listed}:"
-            " run armsyn learn"
+            f"{self.arm} has learned nothing with --ik {ik} --model {model}"
+            f"{f', only {listed}' if listed else ''}: run armsyn learn"
         )
 
 

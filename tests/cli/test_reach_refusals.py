@@ -30,6 +30,9 @@ ARM = ("--arm", "human7", "--baud", "1000000")
         ((*TARGET, "--port", "/dev/ttyUSB0"), "--port needs --arm"),
         ((*TARGET, "--rate", "0"), "--rate must be above 0 and at most 2000 Hz, got 0"),
         ((*TARGET, "--rate", "nan"), "--rate must be above 0 and at most 2000 Hz, got nan"),
+        ((*TARGET, "--slower", "0.5"), "--slower must be at least 1, got 0.5"),
+        ((*TARGET, "--slower", "nan"), "--slower must be at least 1, got nan"),
+        ((*TARGET, "--raw", "--model", "D"), "--raw is model A: give either --raw or --model"),
         ((*TARGET, "--rate", "1e9"), "--rate must be above 0 and at most 2000 Hz, got 1e+09"),
         ((*TARGET, "--plot", "absent/a.png"), "--plot absent/a.png: must end in .png, in a folder"),
         ((*TARGET, "--plot", "a.pdf"), "--plot a.pdf: must end in .png"),
@@ -107,7 +110,7 @@ def test_what_was_not_learned_is_refused(
         reach["sets"] = [s for s in reach["sets"] if (s["ik"], s["model"]) == ("svd", "C")]
     path.write_text(json.dumps(content))
     outcome = call("reach", *TARGET, *option, "--calibration", calibration)
-    outcome.refused(2, "no synergy of human7 fits", "learned are svd/C: run armsyn learn")
+    outcome.refused(2, "human7 has learned nothing", "only svd/C: run armsyn learn")
 
 
 @pytest.mark.parametrize("target", [("0.9", "0", "0"), ("0", "0", "0.9"), ("-0.5", "0.3", "0.2")])

@@ -251,10 +251,16 @@ def test_s_d_is_judged_by_itself() -> None:
 @pytest.mark.parametrize(("ik", "model"), [("jt", "C"), ("svd", "D")])
 def test_what_was_not_learned_is_said_with_what_was(ik: str, model: str) -> None:
     made = library(reach("one", learned(), learned("A")))
-    with pytest.raises(InputError, match=f"--ik {ik} --model {model}; learned are svd/A, svd/C"):
+    with pytest.raises(InputError, match=f"--ik {ik} --model {model}, only svd/A, svd/C"):
         made.nearest(START, TARGET, ik, model)
-    with pytest.raises(InputError, match="learned are nothing: run armsyn learn"):
+    with pytest.raises(InputError, match="has learned nothing with .*: run armsyn learn"):
         library().nearest(START, TARGET, ik, model)
+
+
+def test_what_was_learned_in_vain_is_said_so() -> None:
+    made = library(reach("one", learned(misfit="slow")), reach("two", learned(misfit="slow")))
+    with pytest.raises(InputError, match="none of the 2 reaches that planar learned with svd/C"):
+        made.nearest(START, TARGET, "svd", "C")
 
 
 def test_a_set_becomes_gains_and_sigmoid() -> None:
