@@ -253,7 +253,7 @@ def test_what_was_not_learned_is_said_with_what_was(ik: str, model: str) -> None
     made = library(reach("one", learned(), learned("A")))
     with pytest.raises(InputError, match=f"--ik {ik} --model {model}, only svd/A, svd/C"):
         made.nearest(START, TARGET, ik, model)
-    with pytest.raises(InputError, match="has learned nothing with .*: run armsyn learn"):
+    with pytest.raises(InputError, match=r"has learned nothing with .*: run armsyn learn"):
         library().nearest(START, TARGET, ik, model)
 
 
