@@ -18,6 +18,7 @@
     |   +-- ServoMismatchError          another model, mode or setting than described
     |   +-- HardwareFaultError          alert, shutdown, torque lost, watchdog expired
     |   +-- FollowingError              the arm does not follow its goals
+    |   +-- CommandFaultError           a goal that must not be sent, in mid-motion
     +-- RefusedMotionError              exit 4: a motion that must not start
         +-- UnreachableError            no posture within tolerance of the target
         +-- LimitError                  a joint's range, speed or acceleration
@@ -34,6 +35,10 @@ class ArmsynError(Exception):
     """Any error that armsyn raises on purpose."""
 
     exit_status: ClassVar[int] = 1
+
+    def add(self, text: str) -> None:
+        """Say more in the error's line, such as what it leaves behind."""
+        self.args = (f"{self}; {text}",)
 
 
 class InputError(ArmsynError, ValueError):
@@ -179,6 +184,26 @@ class FollowingError(ArmFaultError):
         super().__init__(message)
         self.joint = joint
         self.error_rad = error_rad
+
+
+class CommandFaultError(ArmFaultError):
+    """A goal that must not be sent came up while the arm was moving.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    joint : str
+        Which joint.
+    value, limit : float
+        What came and what is allowed, in the joint's SI unit.
+    """
+
+    def __init__(self, message: str, joint: str, value: float, limit: float) -> None:
+        super().__init__(message)
+        self.joint = joint
+        self.value = value
+        self.limit = limit
 
 
 class RefusedMotionError(ArmsynError):

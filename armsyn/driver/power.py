@@ -6,16 +6,21 @@ Level 1 as well as 2.
 
 from __future__ import annotations
 
+import contextlib
+
 from armsyn.driver import registers as reg
 from armsyn.driver.facts import ServoFacts
 from armsyn.driver.transactions import Bus
-from armsyn.errors import HardwareFaultError
+from armsyn.errors import ArmFaultError, HardwareFaultError
 
 WATCHDOG_UNITS = 15
 """Bus Watchdog while moving: 15 x 20 ms. Longer than the stalls of a busy host (30-180 ms
 measured), and short: a servo whose host died only finishes its way to the last goal anyway."""
 
 WATCHDOG_SECONDS = WATCHDOG_UNITS * reg.WATCHDOG_UNIT
+
+RESTORE_ATTEMPTS = 3
+"""How often what was found is written back before a servo is given up."""
 
 GOAL_TOLERANCE_TICKS = 64
 """How far a servo under torque may be from its goal (5.6 degrees) for a motion to begin."""
@@ -72,8 +77,10 @@ def _check_still(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
             )
 
 
-def restore(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
+def restore(bus: Bus, facts: tuple[ServoFacts, ...]) -> dict[int, str]:
     """Put torque, watchdog and profiles back as they were found; nothing has moved yet.
+
+    Raises nothing for a bus or port that fails: it is called for an error that says why.
 
     Parameters
     ----------
@@ -81,17 +88,43 @@ def restore(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
     facts : tuple of ServoFacts
         As found.
 
-    Raises
-    ------
-    PortLostError
-        The port went away.
+    Returns
+    -------
+    dict of int to str
+        Servos that do not read what they should, each with the first register that is wrong.
     """
-    limp = {s.servo_id: 0 for s in facts if not s.torque_enabled}
-    if limp:
-        bus.sync_write(reg.TORQUE_ENABLE, limp)
-    bus.sync_write(reg.BUS_WATCHDOG, {s.servo_id: s.bus_watchdog for s in facts})
-    bus.sync_write(reg.PROFILE_VELOCITY, {s.servo_id: s.profile_velocity for s in facts})
-    bus.sync_write(reg.PROFILE_ACCELERATION, {s.servo_id: s.profile_acceleration for s in facts})
+    failed: dict[int, str] = {}
+    for register, found in (
+        (reg.TORQUE_ENABLE, {s.servo_id: 0 for s in facts if not s.torque_enabled}),
+        (reg.BUS_WATCHDOG, {s.servo_id: s.bus_watchdog for s in facts}),
+        (reg.PROFILE_VELOCITY, {s.servo_id: s.profile_velocity for s in facts}),
+        (reg.PROFILE_ACCELERATION, {s.servo_id: s.profile_acceleration for s in facts}),
+    ):
+        for identifier, reads in _put_back(bus, register, found).items():
+            failed.setdefault(
+                identifier, f"{register.name} reads {reads} instead of {found[identifier]}"
+            )
+    return failed
+
+
+def _put_back(bus: Bus, register: reg.Register, values: dict[int, int]) -> dict[int, str]:
+    """Write until the values are read back; returns what else is read, where it is."""
+    wrong = dict.fromkeys(values, "")
+    for _ in range(RESTORE_ATTEMPTS):
+        if not wrong:
+            break
+        with contextlib.suppress(ArmFaultError):  # reading back shows what came of it
+            bus.sync_write(register, {i: values[i] for i in wrong})
+        reads = {i: _reading(bus, register, i) for i in wrong}
+        wrong = {i: read for i, read in reads.items() if read != str(values[i])}
+    return wrong
+
+
+def _reading(bus: Bus, register: reg.Register, servo_id: int) -> str:
+    try:
+        return str(bus.read_all(register, (servo_id,))[servo_id])
+    except ArmFaultError:
+        return "nothing"
 
 
 def disarm_watchdog(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
@@ -101,7 +134,7 @@ def disarm_watchdog(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
     if expired:
         raise HardwareFaultError(
             f"the bus watchdog of servo {expired[0]} expired during the motion: it did not"
-            " follow to the end; write 0 to register 98 to clear it",
+            " follow to the end",
             expired[0],
         )
     _set(bus, facts, reg.BUS_WATCHDOG, 0)

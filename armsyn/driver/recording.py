@@ -33,6 +33,7 @@ class Ending(enum.Enum):
 
     COMPLETED = "at the target, torque on, holding"
     PARKED = "parked, torque off"
+    PARK_MISSED = "stopped short of the rest posture, torque on, holding"
     STOPPED_HOLDING = "stopped on request, torque on, holding where it came to rest"
     STOPPED_PARKED = "stopped on request, moved to the rest posture, torque on, holding"
     ABORTED = f"held at once on the second request to stop, torque on; {CLEARING}"

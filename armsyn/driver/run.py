@@ -12,14 +12,14 @@ from armsyn.driver import power
 from armsyn.driver.clock import Clock
 from armsyn.driver.facts import ServoFacts, check_facts, read_facts
 from armsyn.driver.joints import JointGroup
+from armsyn.driver.limits import check_position_limits
 from armsyn.driver.log import StreamLog
 from armsyn.driver.path import Path, straight_way
 from armsyn.driver.recording import Ending
-from armsyn.driver.registers import POSITION_MODE
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import LONGEST_SETTLING, OnTick, Outcome, Streamer
 from armsyn.driver.watch import WatchSettings
-from armsyn.errors import ArmFaultError, FollowingError, LimitError, RefusedMotionError
+from armsyn.errors import ArmFaultError, ArmsynError, FollowingError, RefusedMotionError
 from armsyn.motion import Motion
 from armsyn.safety import CommandLimits, check_trajectory
 
@@ -27,6 +27,17 @@ FloatArray = NDArray[np.float64]
 
 LONGEST_PARKING = 3.0
 """Seconds the way to rest may take after a request to stop."""
+
+PARK_TOLERANCE = 0.05
+"""rad that each joint may be off the rest posture for the torque to go off there."""
+
+CURE = (
+    "look at the arm, then clear it with armsyn.driver.clear_watchdogs, or support it and switch"
+    " the servos off and on"
+)
+HELD = f"left with torque on (but where a servo lost it), holding, watchdog armed: {CURE}"
+HELD_UNWATCHED = "left with torque as the fault left it, holding, watchdog off"
+"""What a fault leaves, for its message."""
 
 _SPARE = 1.5
 """How much longer than planned a run may become and still be recorded whole."""
@@ -46,7 +57,7 @@ class ArmRun:
     clock : Clock
         That the stream runs on.
     park : Motion or None
-        Checked; streamed after the trajectory, then the torque goes off.
+        Checked; streamed after the trajectory. Then the torque goes off, if the arm is at rest.
     on_tick : callable or None
 
     Attributes
@@ -84,6 +95,7 @@ class ArmRun:
         self.fault: BaseException | None = None
         self.streamer: Streamer | None = None
         self._facts: tuple[ServoFacts, ...] = ()
+        self._armed = False
 
     def execute(self) -> None:
         """Run it.
@@ -93,45 +105,42 @@ class ArmRun:
         LimitError
             The trajectory leaves the servos' own position limits; nothing has changed.
         ArmFaultError
-            A fault: before motion all is as it was found; during it the goals stand still
-            and the watchdog stays armed.
+            A fault. Before motion all is put back as it was found; during it the goals stand
+            still and the watchdog stays armed. The message says so, and what could not be put
+            back; `fault` is then set.
         """
         self._facts = read_facts(self.bus, self.arm)
         check_facts(self._facts, self.arm)
-        self._check_servo_limits(self.trajectory)
-        if self.park is not None:
-            self._check_servo_limits(self.park)
+        for motion in filter(None, (self.trajectory, self.park)):
+            check_position_limits(motion, self._facts, self.arm.calibration)
+        streamer = self._make_streamer()
+        self._power_up()
+        self.streamer = streamer
         try:
-            power.power_up(self.bus, self._facts)
-        except BaseException:
-            with contextlib.suppress(ArmFaultError):  # the first error says what happened
-                power.restore(self.bus, self._facts)
-            raise
-        streamer = self.streamer = self._make_streamer()
-        try:
+            streamer.begin()
             self.ending = self._move(streamer)
             self._finish(streamer)
         except BaseException as error:
             self.ending, self.fault = Ending.FAULT, error
             self._hold(streamer, error)
+            _say_also(error, HELD if self._armed else HELD_UNWATCHED)
             raise
 
-    def _check_servo_limits(self, motion: Motion) -> None:
-        """Sync write tells nobody that a servo refused a goal, so none may be refusable."""
-        assert motion.angles is not None  # noqa: S101 - check_trajectory made sure
-        ticks = self.arm.calibration.to_ticks(motion.angles)
-        for column, servo in enumerate(self._facts):
-            lower, upper = servo.minimum_position, servo.maximum_position
-            low, high = int(ticks[:, column].min()), int(ticks[:, column].max())
-            if servo.operating_mode == POSITION_MODE and not lower <= low <= high <= upper:
-                value, limit = (low, lower) if low < lower else (high, upper)
-                raise LimitError(
-                    f"{servo.title} would be sent to tick {value}, its own limits are {lower} to"
-                    f" {upper} (registers 52 and 48): plan another motion, or widen them",
-                    servo.joint,
-                    value,
-                    limit,
-                )
+    def _power_up(self) -> None:
+        try:
+            power.power_up(self.bus, self._facts)
+        except BaseException as error:
+            if failed := power.restore(self.bus, self._facts):
+                self.fault = error
+                _say_also(error, self._not_restored(failed))
+            raise
+        self._armed = True
+
+    def _not_restored(self, failed: dict[int, str]) -> str:
+        titles = {servo.servo_id: servo.title for servo in self._facts}
+        named = ", ".join(f"{titles[i]} ({why})" for i, why in failed.items())
+        count = f"{len(failed)} of {len(self._facts)}"
+        return f"and {count} servos could not be restored: {named}; {CURE}"
 
     def _make_streamer(self) -> Streamer:
         period = 1.0 / self.rate_hz
@@ -178,12 +187,14 @@ class ArmRun:
             return None
         try:
             check_trajectory(way, self.arm, start)
-            self._check_servo_limits(way)
+            check_position_limits(way, self._facts, self.arm.calibration)
         except RefusedMotionError:
             return None
         return way
 
     def _finish(self, streamer: Streamer) -> None:
+        if self.ending in (Ending.PARKED, Ending.STOPPED_PARKED):
+            self._check_parked(streamer)
         streamer.note(self.ending.value)
         if self.ending is Ending.ABORTED:
             self.fault = ArmFaultError(self.ending.value)
@@ -192,6 +203,19 @@ class ArmRun:
         if self.ending is Ending.PARKED:
             power.torque_off(self.bus, self._facts)
         power.disarm_watchdog(self.bus, self._facts)
+        self._armed = False
+
+    def _check_parked(self, streamer: Streamer) -> None:
+        """Let an arm that is away from rest keep its torque: it would fall."""
+        off = np.abs(self.joints.read_posture() - self.arm.rest)
+        joint = int(np.argmax(off))
+        if off[joint] <= PARK_TOLERANCE:
+            return
+        streamer.note(
+            f"stands {off[joint]:.3f} rad off its rest posture at {self.arm.joint_names[joint]}"
+        )
+        parking = self.ending is Ending.PARKED
+        self.ending = Ending.PARK_MISSED if parking else Ending.STOPPED_HOLDING
 
     def _hold(self, streamer: Streamer, error: BaseException) -> None:
         """Let the goals stand still; the joint that something holds gives way to it.
@@ -207,3 +231,11 @@ class ArmRun:
         streamer.note(f"held: {error}")
         with contextlib.suppress(ArmFaultError):  # a port that is gone cannot be told
             self.joints.send(goals)
+
+
+def _say_also(error: BaseException, text: str) -> None:
+    """Add to an error's line; to one that is not ours, as a note."""
+    if isinstance(error, ArmsynError):
+        error.add(text)
+    else:
+        error.add_note(text)

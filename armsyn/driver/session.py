@@ -56,7 +56,7 @@ class ArmSession:
     Attributes
     ----------
     recording : Recording or None
-        Of the last run, also when it raised.
+        Of the last run, also when it raised; None when nothing was streamed.
     fault : Exception or None
         What ended the last run; the session runs nothing more then.
     stops : StopRequests
@@ -202,6 +202,7 @@ class ArmSession:
         """
         if self.fault is not None:
             raise ArmFaultError(f"this session has ended with a fault: {self.fault}")
+        self.recording = None
         check_trajectory(trajectory, self.arm, self.read_posture())
         if park is not None and trajectory.angles is not None:
             check_trajectory(park, self.arm, trajectory.angles[-1])

@@ -21,7 +21,7 @@ from armsyn.driver.log import StreamLog
 from armsyn.driver.path import Path, PathTime
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.watch import ArmWatch, WatchSettings
-from armsyn.errors import ArmFaultError
+from armsyn.errors import ArmFaultError, CommandFaultError
 from armsyn.safety import check_command
 
 FloatArray = NDArray[np.float64]
@@ -38,7 +38,8 @@ SHORTEST_RAMP = 0.2
 """Seconds of the shortest deceleration along the path."""
 
 LONGEST_SETTLING = 0.5
-"""Seconds that the stream waits at its end for the arm to arrive."""
+"""Seconds that the stream waits at its end for the arm to arrive; if it does not, an event says
+which joint stands how far off its goal."""
 
 SETTLED_TICKS = 10
 """Ticks in a row at its goal and at rest after which the arm has arrived."""
@@ -60,6 +61,7 @@ class Outcome(enum.Enum):
     """How following a path ended."""
 
     ARRIVED = enum.auto()
+    """At the path's end. How near the arm is to it, events and measured angles say."""
     STOPPED = enum.auto()
     """On the first request to stop, after a deceleration."""
     ABORTED = enum.auto()
@@ -108,9 +110,13 @@ class Streamer:
     def __post_init__(self) -> None:
         n = self.commanded.size
         self.measured = np.full(n, np.nan)
+        self.begin()
+        self._health_every = max(1, round(HEALTH_INTERVAL / self.settings.period / n))
+
+    def begin(self) -> None:
+        """Let the time line begin now; what was made ready before does not count as silence."""
         self._start = self._next = self._last_sent = self.clock.now()
         self.watch = ArmWatch(self.settings, self._start)
-        self._health_every = max(1, round(HEALTH_INTERVAL / self.settings.period / n))
 
     def note(self, text: str) -> None:
         """Keep an event in the log."""
@@ -132,7 +138,7 @@ class Streamer:
 
         Raises
         ------
-        LimitError, FollowingError
+        CommandFaultError, FollowingError
             A command that must not be sent; an arm that does not follow.
         BusTimeoutError, BusError
             A servo silent for too long; too many lost commands.
@@ -157,8 +163,19 @@ class Streamer:
                 self.on_tick(path_time.now, path.duration)
             if path_time.stopped or path_time.now >= path.duration:
                 settling += self.settings.period
-                if self.watch.settled_ticks >= SETTLED_TICKS or settling >= LONGEST_SETTLING:
+                settled = self.watch.settled_ticks >= SETTLED_TICKS
+                if settled or settling >= LONGEST_SETTLING:
+                    if not settled:
+                        self._note_miss()
                     return Outcome.STOPPED if path_time.stopping else Outcome.ARRIVED
+
+    def _note_miss(self) -> None:
+        miss = np.abs(self.measured - self.commanded)
+        joint = int(np.argmax(miss))
+        self.note(
+            f"not at rest on its goals after {LONGEST_SETTLING:g} s: stands {miss[joint]:.3f} rad"
+            f" off its goal at {self.settings.limits.names[joint]}"
+        )
 
     def _wait_for_tick(self) -> float:
         """Wait for the next deadline; returns the time of the whole ticks that were missed, s."""
@@ -192,9 +209,14 @@ class Streamer:
             path_time.resume_from_rest(ramp)
 
     def _tick(self, command: FloatArray) -> None:
-        fault = check_command(command, self.commanded, self.settings.limits)
-        if fault is not None:
-            raise fault
+        refusal = check_command(command, self.commanded, self.settings.limits)
+        if refusal is not None:
+            raise CommandFaultError(
+                f"{refusal}: the motion went wrong on its way and was stopped; plan it again",
+                refusal.joint,
+                refusal.value,
+                refusal.limit,
+            ) from refusal
         self._last_sent = self.clock.now()
         state = self.link.exchange(command)
         before, self.commanded = self.commanded, command

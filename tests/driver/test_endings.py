@@ -5,7 +5,7 @@ import pytest
 from msgspec.structs import replace
 
 from armsyn.arm import ArmDescription
-from armsyn.driver import Ending
+from armsyn.driver import ArmSession, Ending, Recording
 from armsyn.driver.power import WATCHDOG_UNITS
 from armsyn.errors import (
     ArmFaultError,
@@ -28,7 +28,10 @@ LARGE = (0.6, 0.3, -0.6, 0.9)
 
 def fault_at(stepped: SteppedArm, kind: type[ArmsynError]) -> ArmsynError:
     """Run a large motion that must end in a fault of one kind."""
-    session = stepped.session()
+    return fault_of(stepped.session(), stepped, kind)
+
+
+def fault_of(session: ArmSession, stepped: SteppedArm, kind: type[ArmsynError]) -> ArmsynError:
     with pytest.raises(kind) as caught:
         session.run(stepped.way(*LARGE))
     assert session.fault is caught.value
@@ -36,12 +39,24 @@ def fault_at(stepped: SteppedArm, kind: type[ArmsynError]) -> ArmsynError:
     assert session.recording.ending is Ending.FAULT
     with pytest.raises(ArmFaultError, match="ended with a fault"):  # latched
         session.run(stepped.way(*LARGE))
+    message = str(caught.value)  # one line says what is left, and how to clear it
+    assert "left with torque on (but where a servo lost it), holding, watchdog armed" in message
+    assert message.count("armsyn.driver.clear_watchdogs") == 1
+    assert "\n" not in message
     return caught.value
 
 
 def goals_after(stepped: SteppedArm, seconds: float) -> list[int]:
     stepped.clock.advance(seconds)
     return stepped.value("Goal Position")
+
+
+def last_goals(stepped: SteppedArm, recording: Recording | None) -> list[int]:
+    assert recording is not None
+    ticks: list[int] = stepped.description.calibration.to_ticks(
+        recording.commanded_rad[-1]
+    ).tolist()
+    return ticks
 
 
 def test_success_holds_at_the_target(stepped: SteppedArm) -> None:
@@ -116,7 +131,7 @@ def test_second_request_holds_at_once(stepped: SteppedArm) -> None:
     assert stepped.torque() == ON
     assert stepped.value("Bus Watchdog") == ARMED
     goals = stepped.value("Goal Position")
-    assert goals == stepped.description.calibration.to_ticks(recording.commanded_rad[-1]).tolist()
+    assert goals == last_goals(stepped, recording)
     assert "write 0 to register 98" in recording.ending.value
     with pytest.raises(ArmFaultError, match="second request"):
         session.run(stepped.way(*LARGE))
@@ -137,13 +152,22 @@ def test_second_request_while_parking_holds_at_once(stepped: SteppedArm) -> None
 
 def test_a_hardware_error_stops_all_joints(stepped: SteppedArm) -> None:
     stepped.at(0.3, lambda: stepped.servos[2].raise_hardware_error(HardwareError.OVERLOAD))
-    error = fault_at(stepped, HardwareFaultError)
+    session = stepped.session()
+    error = fault_of(session, stepped, HardwareFaultError)
     assert isinstance(error, HardwareFaultError)
     assert error.servo_id == 3
     assert "servo 3 (shoulder_rotation) reports a hardware error: overload" in str(error)
     assert stepped.torque() == [1, 1, 0, 1, 1, 1, 1]  # what the fault left; the others hold
     assert stepped.value("Bus Watchdog") == ARMED
-    assert goals_after(stepped, 0.1) == goals_after(stepped, 0.1)
+    goals = last_goals(stepped, session.recording)
+    assert goals_after(stepped, 0.2) == goals  # the watchdog has not yet expired
+    assert stepped.value("Bus Watchdog") == ARMED
+    still = stepped.positions()
+    assert goals_after(stepped, 0.05) == goals
+    holding = [row for row in range(7) if row != 2]
+    assert np.abs(stepped.positions() - still)[holding].max() < 0.002
+    off = stepped.positions() - stepped.description.calibration.to_radians(goals)
+    assert np.abs(off)[holding].max() < 0.005
 
 
 def test_the_hardware_error_is_in_the_record(stepped: SteppedArm) -> None:

@@ -15,7 +15,7 @@ from armsyn.arm import ArmDescription
 from armsyn.driver import ArmSession, Ending, clear_watchdogs
 from armsyn.driver import registers as reg
 from armsyn.driver.path import straight_way
-from armsyn.driver.power import WATCHDOG_SECONDS
+from armsyn.driver.power import WATCHDOG_SECONDS, WATCHDOG_UNITS
 from armsyn.driver.transactions import Bus
 from armsyn.errors import ArmFaultError, HardwareFaultError, PortError, PortLostError
 from firmware_sim.testing import SimulatorProcess, running
@@ -49,6 +49,7 @@ with ArmSession.open(sys.argv[1], slow, 200.0) as session:
     goal[3] += 1.0
     recording = session.run(straight_way(arm.rest, goal, slow, 200.0), on_tick=on_tick)
     print(recording.ending.name, flush=True)
+    print(*arm.calibration.to_ticks(recording.commanded_rad[-1]), flush=True)
 """
 
 
@@ -120,8 +121,17 @@ def test_two_signals_hold_at_once(port: str) -> None:
         assert said_by(host) == "stopping"
         host.send_signal(signal.SIGINT)
         assert said_by(host) == "ABORTED"
+        held = [int(tick) for tick in said_by(host).split()]
         assert host.wait() == 0
+    assert registers(port, reg.GOAL_POSITION) == held
+    # armed until it expires, in the silence since the host ended; then the servo refuses goals
+    watchdogs = registers(port, reg.BUS_WATCHDOG)
+    assert set(watchdogs) <= {WATCHDOG_UNITS, reg.WATCHDOG_EXPIRED}
     assert registers(port, reg.TORQUE_ENABLE) == [1] * 7
+    time.sleep(2.0 * WATCHDOG_SECONDS)  # in silence: any packet would feed the watchdogs
+    assert registers(port, reg.BUS_WATCHDOG) == [reg.WATCHDOG_EXPIRED] * 7
+    assert registers(port, reg.GOAL_POSITION) == held
+    assert max(map(abs, registers(port, reg.PRESENT_VELOCITY))) <= 1
 
 
 def test_a_second_program_is_refused(port: str, human7: ArmDescription) -> None:

@@ -1,0 +1,168 @@
+"""What a fault says, and what it leaves when even putting things back fails."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from armsyn.driver import Ending, power, run
+from armsyn.driver.path import Path
+from armsyn.driver.power import WATCHDOG_UNITS
+from armsyn.errors import ArmFaultError, CommandFaultError, HardwareFaultError, PortLostError
+from firmware_sim.servo import Servo
+from tests.driver.stepped import SteppedArm, without
+
+ON, OFF = [1] * 7, [0] * 7
+LARGE = (0.6, 0.3, -0.6, 0.9)
+TORQUE_ENABLE = 64
+LEFT = "left with torque on (but where a servo lost it), holding, watchdog armed"
+CURE = "armsyn.driver.clear_watchdogs"
+
+
+def deafen(servo: Servo, address: int, value: int, times: int = 10**6) -> None:
+    """Let a servo overlook the next writes of a value."""
+    original, left = servo.write, iter(range(times))
+
+    def write(at: int, data: bytes) -> object:
+        if (
+            at == address
+            and int.from_bytes(data, "little") == value
+            and next(left, None) is not None
+        ):
+            return 0
+        return original(at, data)
+
+    servo.write = write  # type: ignore[assignment, method-assign]
+
+
+def test_what_cannot_be_put_back_is_said(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    deafen(stepped.servos[5], TORQUE_ENABLE, 1)
+    for row in (1, 2):
+        deafen(stepped.servos[row], TORQUE_ENABLE, 0)
+    with pytest.raises(HardwareFaultError) as caught:
+        session.run(stepped.way(*LARGE))
+    message = str(caught.value)
+    assert message.startswith("servo 6 (wrist_flexion) does not take 1 as its Torque Enable")
+    assert (
+        "; and 2 of 7 servos could not be restored: servo 2 (shoulder_abduction) (Torque Enable"
+        " reads 1 instead of 0), servo 3 (shoulder_rotation) (Torque Enable reads 1 instead of 0); "
+        in message
+    )
+    assert CURE in message
+    assert stepped.torque() == [0, 1, 1, 0, 0, 0, 0]
+    assert session.fault is caught.value
+    assert session.recording is None  # nothing has moved
+    with pytest.raises(ArmFaultError, match="ended with a fault"):
+        session.run(stepped.way(*LARGE))
+
+
+def test_putting_back_is_tried_again(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    deafen(stepped.servos[5], TORQUE_ENABLE, 1, times=1)
+    deafen(stepped.servos[2], TORQUE_ENABLE, 0, times=power.RESTORE_ATTEMPTS - 1)
+    with pytest.raises(HardwareFaultError, match="servo 6") as caught:
+        session.run(stepped.way(*LARGE))
+    assert "restored" not in str(caught.value)
+    assert stepped.torque() == OFF
+    assert session.run(stepped.way(*LARGE)).ending is Ending.COMPLETED
+
+
+def test_a_servo_that_falls_silent_as_torque_comes_on(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    original = stepped.servos[3].write
+
+    def write(at: int, data: bytes) -> object:
+        if at == TORQUE_ENABLE:
+            stepped.damage = without(4)
+        return original(at, data)
+
+    stepped.servos[3].write = write  # type: ignore[assignment, method-assign]
+    with pytest.raises(ArmFaultError) as caught:
+        session.run(stepped.way(*LARGE))
+    assert "and 1 of 7 servos could not be restored: servo 4 (elbow_flexion)" in str(caught.value)
+    assert "Torque Enable reads nothing instead of 0" in str(caught.value)
+    assert stepped.torque() == OFF  # it took it, only nobody heard
+    assert session.fault is caught.value
+
+
+def test_a_port_lost_as_torque_comes_on(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    original = stepped.servos[6].write
+
+    def write(at: int, data: bytes) -> object:
+        if at == TORQUE_ENABLE:
+            stepped.bus.serial_port.close()
+        return original(at, data)
+
+    stepped.servos[6].write = write  # type: ignore[assignment, method-assign]
+    with pytest.raises(PortLostError, match="and 7 of 7 servos could not be restored") as caught:
+        session.run(stepped.way(*LARGE))
+    assert session.fault is caught.value
+
+
+def test_all_is_made_ready_before_torque(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_room(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(run, "StreamLog", no_room)
+    session = stepped.session()
+    stepped.bus.serial_port.written.clear()
+    with pytest.raises(MemoryError):
+        session.run(stepped.way(*LARGE))
+    assert {packet[7] for packet in stepped.bus.serial_port.written} == {0x82}  # read only
+    assert session.fault is None
+
+
+def test_the_time_torque_takes_is_no_silence(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    power_up = power.power_up
+
+    def slowly(*arguments: object) -> None:
+        power_up(*arguments)  # type: ignore[arg-type]
+        stepped.clock.advance(0.25)
+        stepped.damage = without(4)
+        stepped.at(0.05, lambda: setattr(stepped, "damage", lambda data: data))
+
+    monkeypatch.setattr(power, "power_up", slowly)
+    recording = stepped.session().run(stepped.way(*LARGE))
+    assert recording.ending is Ending.COMPLETED
+    assert recording.stale[0].any()
+
+
+@pytest.mark.parametrize("wrong", [np.nan, 0.3], ids=["nan", "jump"])
+def test_a_goal_that_must_not_be_sent_is_a_fault_of_the_arm(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, wrong: float
+) -> None:
+    at: Callable[[Path, float], np.ndarray] = Path.at
+    spoil = np.array([0.0, 0.0, wrong, 0.0, 0.0, 0.0, 0.0])
+    monkeypatch.setattr(Path, "at", lambda path, t: at(path, t) + (spoil if t > 0.3 else 0.0))
+    session = stepped.session()
+    with pytest.raises(CommandFaultError, match="joint shoulder_rotation: the command") as caught:
+        session.run(stepped.way(*LARGE))
+    assert caught.value.exit_status == 3  # 4 would say that nothing has moved
+    assert caught.value.joint == "shoulder_rotation"
+    assert LEFT in str(caught.value)
+    recording = session.recording
+    assert recording is not None
+    last = stepped.description.calibration.to_ticks(recording.commanded_rad[-1])
+    assert stepped.value("Goal Position") == last.tolist()
+    assert stepped.torque() == ON
+    assert stepped.value("Bus Watchdog") == [WATCHDOG_UNITS] * 7
+
+
+def test_an_error_of_the_caller_holds_and_gets_a_note(stepped: SteppedArm) -> None:
+    def on_tick(path_time: float, _: float) -> None:
+        if path_time > 0.3:
+            raise KeyError("theirs")
+
+    session = stepped.session()
+    with pytest.raises(KeyError) as caught:
+        session.run(stepped.way(*LARGE), on_tick=on_tick)
+    assert caught.value.__notes__ == [f"{LEFT}: {run.CURE}"]
+    assert session.fault is caught.value
+    assert stepped.torque() == ON
+    assert stepped.value("Bus Watchdog") == [WATCHDOG_UNITS] * 7
