@@ -18,7 +18,12 @@ from pathlib import Path
 import serial
 
 from armsyn.driver.port_lock import PortLock
+from armsyn.driver.timing import wire_time
 from armsyn.errors import PortError, PortLostError
+
+WRITE_MARGIN = 0.5
+"""Seconds beyond their time on the wire after which bytes must have been taken: a port that hangs
+must not hang the program, which would then not even end on Ctrl-C."""
 
 _CHUNK = 4096
 _LOST = (serial.SerialException, OSError, termios.error, TypeError)
@@ -81,25 +86,31 @@ class SerialPort:
             raise PortError(f"port {self.path} does not take {baud} baud: {error}") from error
 
     def write(self, data: bytes) -> None:
-        """Send all of `data`.
+        """Send all of `data`, waiting where the port is full: at most its wire time and 0.5 s.
 
         Raises
         ------
         PortLostError
-            The port went away.
+            The port went away, or takes no more bytes.
         """
         view = memoryview(data)
+        deadline = self.now() + wire_time(len(data), self.baud) + WRITE_MARGIN
         try:
             while view:
-                view = view[self._write_some(view) :]
+                view = view[self._write_some(view, deadline) :]
         except _LOST as error:
             raise self._lost(error) from error
 
-    def _write_some(self, view: memoryview) -> int:
+    def _write_some(self, view: memoryview, deadline: float) -> int:
         try:
             return os.write(self._descriptor, view)
         except BlockingIOError:
-            select.select((), (self._descriptor,), ())
+            left = max(0.0, deadline - self.now())
+            if not select.select((), (self._descriptor,), (), left)[1]:
+                raise PortLostError(
+                    f"port {self.path} takes no more bytes ({len(view)} were not sent): unplug its"
+                    " adapter and plug it in again, then start again"
+                ) from None
             return 0
 
     def read(self, deadline: float) -> bytes:

@@ -3,8 +3,10 @@
 import contextlib
 import errno
 import os
+import signal
 import subprocess
 import sys
+import threading
 import tty
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +14,7 @@ from pathlib import Path
 import pytest
 import serial
 
+from armsyn.driver import serial_port
 from armsyn.driver.port_lock import PortLock
 from armsyn.driver.serial_port import SerialPort
 from armsyn.errors import PortError, PortLostError
@@ -117,6 +120,53 @@ def test_another_process_and_its_death(tmp_path: Path) -> None:
     lock.release()
     lock.release()
     assert not lock.path.exists()
+
+
+def test_a_port_that_takes_no_more_bytes(
+    terminal: tuple[int, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serial_port, "WRITE_MARGIN", 0.02)
+    port = SerialPort(terminal[1], 4_000_000)  # whose other end nobody reads
+    with given_up_after(20.0), pytest.raises(PortLostError) as caught:
+        port.write(bytes(100_000))
+    message = str(caught.value)
+    assert f"port {terminal[1]} takes no more bytes (" in message
+    assert "\n" not in message
+    port.close()
+
+
+def test_a_port_that_is_full_for_a_while(terminal: tuple[int, str]) -> None:
+    master, path = terminal
+    port = SerialPort(path, 1_000_000)
+    received = bytearray()
+
+    def read_all() -> None:
+        while len(received) < 200_000:
+            received.extend(os.read(master, 4096))
+
+    reader = threading.Thread(target=read_all, daemon=True)
+    reader.start()
+    sent = bytes(range(250)) * 800
+    port.write(sent)
+    reader.join()
+    assert received == sent
+    port.close()
+
+
+@contextlib.contextmanager
+def given_up_after(seconds: float) -> Iterator[None]:
+    """Fail instead of hanging."""
+
+    def give_up(*_: object) -> None:
+        raise AssertionError("it hangs")
+
+    previous = signal.signal(signal.SIGALRM, give_up)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, previous)
 
 
 def test_a_port_that_hangs_up(terminal: tuple[int, str]) -> None:
