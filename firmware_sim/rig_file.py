@@ -68,7 +68,7 @@ def read_rig(path: Path, defaults: Mapping[str, int] = FACTORY) -> list[ServoSet
         document = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise RigError(f"{path} cannot be read: {error.strerror}", str(path)) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise RigError(f"{path} is not TOML: {error}", str(path)) from error
     tables = document.get("servo")
     if not isinstance(tables, list) or not tables:

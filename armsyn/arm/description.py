@@ -221,7 +221,7 @@ def parse_arm(text: str, where: str) -> ArmDescription:
         document = tomllib.loads(text)
         description = msgspec.convert(document, ArmDescription)
         _check(description)
-    except (tomllib.TOMLDecodeError, msgspec.ValidationError, InputError) as error:
+    except (tomllib.TOMLDecodeError, msgspec.ValidationError, InputError, RecursionError) as error:
         raise DescriptionError(f"{where}: {error}") from error
     return description
 

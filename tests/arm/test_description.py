@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from armsyn.arm import arm_names, find_file, load_arm
+from armsyn.arm.description import parse_arm
 from armsyn.errors import DescriptionError
 
 ARM = """
@@ -156,3 +157,8 @@ def test_the_environment_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("ARMSYN_CALIBRATION", str(tmp_path))
     assert find_file("two", ".toml") == tmp_path / "two.toml"
     assert "human7" in arm_names()
+
+
+def test_tables_nested_without_end_are_refused() -> None:
+    with pytest.raises(DescriptionError, match="deep.toml"):
+        parse_arm("x = " + "[" * 20_000, "deep.toml")

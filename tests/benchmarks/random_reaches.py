@@ -42,7 +42,9 @@ def reach(target: tuple[float, float, float], *options: str) -> dict[str, Any]:
     """Run the command and return its document."""
     command = [sys.executable, "-m", "armsyn", "reach", "--json", *options]
     command += ["--target", *(str(value) for value in target)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    if done.returncode:
+        raise SystemExit(f"{' '.join(command[2:])}: {done.stderr}")
     document: dict[str, Any] = json.loads(done.stdout)
     return document
 
