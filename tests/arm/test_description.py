@@ -160,5 +160,5 @@ def test_the_environment_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_tables_nested_without_end_are_refused() -> None:
-    with pytest.raises(DescriptionError, match="deep.toml"):
+    with pytest.raises(DescriptionError, match=r"deep\.toml"):
         parse_arm("x = " + "[" * 20_000, "deep.toml")
