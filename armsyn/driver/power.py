@@ -31,7 +31,8 @@ def power_up(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
 
     A servo that holds already keeps its goal, so that a raised arm does not dip. Profiles are
     set to 0 (no profile, in the velocity-based and the time-based drive mode alike): goals
-    are streamed and checked one by one. The watchdog is armed before the torque.
+    are streamed and checked one by one. `restore_profiles` puts them back after a run that ends
+    well; after a fault they stay 0. The watchdog is armed before the torque.
 
     Parameters
     ----------
@@ -127,6 +128,28 @@ def _reading(bus: Bus, register: reg.Register, servo_id: int) -> str:
         return "nothing"
 
 
+def restore_profiles(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
+    """Put the profiles back as they were found, velocity first, which bounds acceleration.
+
+    Parameters
+    ----------
+    bus : Bus
+    facts : tuple of ServoFacts
+        As found.
+
+    Raises
+    ------
+    HardwareFaultError
+        A servo does not take its profile back.
+    BusError, PortLostError
+        As the bus.
+    """
+    velocity = {s.servo_id: s.profile_velocity for s in facts}
+    acceleration = {s.servo_id: s.profile_acceleration for s in facts}
+    _set_each(bus, reg.PROFILE_VELOCITY, velocity, facts)
+    _set_each(bus, reg.PROFILE_ACCELERATION, acceleration, facts)
+
+
 def disarm_watchdog(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
     """Switch the bus watchdog off; HardwareFaultError when a servo keeps it, or had expired."""
     ids = tuple(servo.servo_id for servo in facts)
@@ -145,13 +168,14 @@ def torque_off(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
     _set(bus, facts, reg.TORQUE_ENABLE, 0)
 
 
-def release_watchdogs(bus: Bus, ids: tuple[int, ...]) -> tuple[int, ...]:
+def release_watchdogs(bus: Bus, facts: tuple[ServoFacts, ...]) -> tuple[int, ...]:
     """Switch bus watchdogs off; a servo that one has stopped is held where it is.
 
     Parameters
     ----------
     bus : Bus
-    ids : tuple of int
+    facts : tuple of ServoFacts
+        For the servos' names; watchdogs and positions are read anew.
 
     Returns
     -------
@@ -160,9 +184,12 @@ def release_watchdogs(bus: Bus, ids: tuple[int, ...]) -> tuple[int, ...]:
 
     Raises
     ------
+    HardwareFaultError
+        A watchdog that stays on, or a stopped servo that does not take its position as its goal.
     BusError, PortLostError
         As the bus.
     """
+    ids = tuple(servo.servo_id for servo in facts)
     watchdogs = bus.read_all(reg.BUS_WATCHDOG, ids)
     active = tuple(i for i, value in watchdogs.items() if value)
     expired = tuple(i for i in active if watchdogs[i] == reg.WATCHDOG_EXPIRED)
@@ -172,6 +199,8 @@ def release_watchdogs(bus: Bus, ids: tuple[int, ...]) -> tuple[int, ...]:
         bus.sync_write(reg.BUS_WATCHDOG, dict.fromkeys(active, 0))
     if expired:
         bus.sync_write(reg.GOAL_POSITION, present)
+    _verify(bus, reg.BUS_WATCHDOG, dict.fromkeys(active, 0), facts)
+    _verify(bus, reg.GOAL_POSITION, present, facts)
     return active
 
 

@@ -204,6 +204,7 @@ class ArmRun:
             power.torque_off(self.bus, self._facts)
         power.disarm_watchdog(self.bus, self._facts)
         self._armed = False
+        power.restore_profiles(self.bus, self._facts)
 
     def _check_parked(self, streamer: Streamer) -> None:
         """Let an arm that is away from rest keep its torque: it would fall."""

@@ -264,9 +264,12 @@ def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:
 
     Raises
     ------
-    PortError, ServoMissingError, ServoMismatchError, BusError
+    DescriptionError, PortError, ServoMissingError, ServoMismatchError, BusError
         As `ArmSession.open`.
+    HardwareFaultError
+        A watchdog that stays on, or a stopped servo that does not take its position as its goal.
     """
+    _check_description(arm)
     with contextlib.closing(Bus(port, arm.servo[0].baud)) as bus:
         check_models(bus, arm)
-        return power.release_watchdogs(bus, tuple(servo.id for servo in arm.servo))
+        return power.release_watchdogs(bus, read_facts(bus, arm))

@@ -142,3 +142,19 @@ def without(servo_id: int) -> Callable[[bytes], bytes]:
         return replies[0] + b"".join(REPLY_HEADER + r for r in kept)
 
     return damage
+
+
+def deafen(servo: Servo, address: int, value: int, times: int = 10**6) -> None:
+    """Let a servo overlook the next writes of a value."""
+    original, left = servo.write, iter(range(times))
+
+    def write(at: int, data: bytes) -> object:
+        if (
+            at == address
+            and int.from_bytes(data, "little") == value
+            and next(left, None) is not None
+        ):
+            return 0
+        return original(at, data)
+
+    servo.write = write  # type: ignore[assignment, method-assign]

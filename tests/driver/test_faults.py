@@ -9,30 +9,13 @@ from armsyn.driver import Ending, power, run
 from armsyn.driver.path import Path
 from armsyn.driver.power import WATCHDOG_UNITS
 from armsyn.errors import ArmFaultError, CommandFaultError, HardwareFaultError, PortLostError
-from firmware_sim.servo import Servo
-from tests.driver.stepped import SteppedArm, without
+from tests.driver.stepped import SteppedArm, deafen, without
 
 ON, OFF = [1] * 7, [0] * 7
 LARGE = (0.6, 0.3, -0.6, 0.9)
 TORQUE_ENABLE = 64
 LEFT = "left with torque on (but where a servo lost it), holding, watchdog armed"
 CURE = "armsyn.driver.clear_watchdogs"
-
-
-def deafen(servo: Servo, address: int, value: int, times: int = 10**6) -> None:
-    """Let a servo overlook the next writes of a value."""
-    original, left = servo.write, iter(range(times))
-
-    def write(at: int, data: bytes) -> object:
-        if (
-            at == address
-            and int.from_bytes(data, "little") == value
-            and next(left, None) is not None
-        ):
-            return 0
-        return original(at, data)
-
-    servo.write = write  # type: ignore[assignment, method-assign]
 
 
 def test_what_cannot_be_put_back_is_said(stepped: SteppedArm) -> None:

@@ -6,7 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from armsyn.arm import ArmDescription
-from armsyn.driver import ArmSession
+from armsyn.driver import ArmSession, clear_watchdogs
 from armsyn.errors import (
     ArmsynError,
     BusRateError,
@@ -100,6 +100,7 @@ def test_the_time_based_profile_is_accepted(stepped: SteppedArm) -> None:
         servo.memory.store("Profile Velocity", 2000)  # two seconds for each goal
     recording = stepped.session().run(stepped.way(0.3, 0, 0, 0.4))
     assert recording.tracking_rms() < 0.1
+    assert stepped.value("Profile Velocity") == [2000] * 7  # put back
 
 
 def test_a_servo_that_is_reversed_as_described(human7: ArmDescription) -> None:
@@ -135,12 +136,16 @@ def test_the_factory_return_delay_is_refused(human7: ArmDescription) -> None:
 def test_an_arm_without_servos(human7: ArmDescription) -> None:
     with pytest.raises(DescriptionError, match="model only"):
         ArmSession.open("/nowhere", replace(human7, servo=()), 200.0)
+    with pytest.raises(DescriptionError, match="model only"):
+        clear_watchdogs("/nowhere", replace(human7, servo=()))
 
 
 def test_an_unknown_model(human7: ArmDescription) -> None:
     servo = tuple(replace(s, model="ax-12a") for s in human7.servo)
     with pytest.raises(DescriptionError, match="'ax-12a' is not one the driver knows"):
         ArmSession.open("/nowhere", replace(human7, servo=servo), 200.0)
+    with pytest.raises(DescriptionError, match="'ax-12a' is not one the driver knows"):
+        clear_watchdogs("/nowhere", replace(human7, servo=servo))
 
 
 def test_a_port_that_does_not_exist(human7: ArmDescription) -> None:

@@ -1,0 +1,100 @@
+"""Profiles that are put back, and watchdogs that are switched off only if the servos say so."""
+
+import numpy as np
+import pytest
+
+from armsyn.driver import Ending
+from armsyn.driver.facts import read_facts
+from armsyn.driver.power import release_watchdogs
+from armsyn.errors import ArmFaultError, HardwareFaultError
+from tests.driver.stepped import SteppedArm, deafen
+
+LARGE = (0.6, 0.3, -0.6, 0.9)
+ALL = tuple(range(1, 8))
+BUS_WATCHDOG = 98
+PROFILE_VELOCITY = 112
+
+
+def with_profiles(stepped: SteppedArm) -> None:
+    for row, servo in enumerate(stepped.servos):
+        servo.memory.store("Profile Velocity", 100 + row)
+        servo.memory.store("Profile Acceleration", 20 + row)
+
+
+def profiles(stepped: SteppedArm) -> list[int]:
+    return stepped.value("Profile Velocity") + stepped.value("Profile Acceleration")
+
+
+@pytest.mark.parametrize("stop", [False, True], ids=["completed", "stopped"])
+def test_profiles_are_put_back_after_a_run(stepped: SteppedArm, stop: bool) -> None:
+    with_profiles(stepped)
+    before = profiles(stepped)
+    session = stepped.session()
+    if stop:
+        stepped.at(0.3, session.stops.request)
+    during = []
+    recording = session.run(
+        stepped.way(*LARGE), on_tick=lambda *_: during.append(profiles(stepped))
+    )
+    assert recording.ending in (Ending.COMPLETED, Ending.STOPPED_PARKED)
+    assert during[0] == during[-1] == [0] * 14
+    assert profiles(stepped) == before
+
+
+def test_a_profile_that_is_not_taken_back_is_said(stepped: SteppedArm) -> None:
+    with_profiles(stepped)
+    session = stepped.session()
+    deafen(stepped.servos[4], PROFILE_VELOCITY, 104)
+    with pytest.raises(HardwareFaultError) as caught:
+        session.run(stepped.way(*LARGE))
+    message = str(caught.value)
+    assert "servo 5 (forearm_pronation) does not take 104 as its Profile Velocity" in message
+    assert message.endswith("left with torque as the fault left it, holding, watchdog off")
+    assert stepped.torque() == [1] * 7
+    assert stepped.value("Bus Watchdog") == [0] * 7
+
+
+def test_profiles_stay_off_after_a_fault(stepped: SteppedArm) -> None:
+    with_profiles(stepped)
+    stepped.at(0.3, lambda: stepped.clock.advance(0.5))
+    with pytest.raises(ArmFaultError, match="the host stalled"):
+        stepped.session().run(stepped.way(*LARGE))
+    assert profiles(stepped) == [0] * 14
+
+
+def expire(stepped: SteppedArm) -> None:
+    """Leave a raised arm with its watchdogs expired."""
+    session = stepped.session()
+    stepped.at(0.4, lambda: stepped.clock.advance(0.5))
+    with pytest.raises(ArmFaultError, match="the host stalled"):
+        session.run(stepped.way(*LARGE))
+    assert stepped.value("Bus Watchdog") == [255] * 7
+
+
+def test_released_servos_stand_where_they_stood(stepped: SteppedArm) -> None:
+    expire(stepped)
+    facts = read_facts(stepped.bus, stepped.description)
+    before = stepped.positions()
+    assert release_watchdogs(stepped.bus, facts) == ALL
+    assert stepped.value("Bus Watchdog") == [0] * 7
+    stepped.clock.advance(1.0)
+    assert np.abs(stepped.positions() - before).max() < 0.02
+    assert release_watchdogs(stepped.bus, facts) == ()
+    assert stepped.session().read_posture() == pytest.approx(stepped.positions(), abs=2e-3)
+
+
+def test_a_watchdog_that_stays_on_is_said(stepped: SteppedArm) -> None:
+    expire(stepped)
+    facts = read_facts(stepped.bus, stepped.description)
+    deafen(stepped.servos[1], BUS_WATCHDOG, 0)
+    with pytest.raises(HardwareFaultError, match=r"servo 2 .* does not take 0 as its Bus Watchdog"):
+        release_watchdogs(stepped.bus, facts)
+
+
+def test_a_servo_that_keeps_an_old_goal_is_said(stepped: SteppedArm) -> None:
+    expire(stepped)
+    facts = read_facts(stepped.bus, stepped.description)
+    elbow = stepped.servos[3]
+    elbow.memory.store("Max Position Limit", facts[3].present_position - 20)
+    with pytest.raises(HardwareFaultError, match=r"servo 4 .* as its Goal Position"):
+        release_watchdogs(stepped.bus, facts)
