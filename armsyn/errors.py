@@ -13,7 +13,7 @@
     |   +-- BusError                    what a transaction can end in
     |   |   +-- BusTimeoutError (TimeoutError)
     |   |   +-- ServoStatusError        a servo answered with an error number
-    |   +-- BusRateError                a rate the wire cannot carry
+    |   +-- BusRateError                a rate the wire cannot carry, or too slow a one
     |   +-- ServoMissingError           an expected ID does not answer
     |   +-- ServoMismatchError          another model, mode or setting than described
     |   +-- HardwareFaultError          alert, shutdown, torque lost, watchdog expired
@@ -113,7 +113,7 @@ class ServoStatusError(BusError):
 
 
 class BusRateError(ArmFaultError):
-    """The wire cannot carry the rate that was asked for.
+    """The wire cannot carry the rate that was asked for, or the servos would stop at it.
 
     Parameters
     ----------

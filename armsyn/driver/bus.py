@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from dynamixel_sdk.port_handler import PortHandler
 
+from armsyn.driver.adapter import adapter_latency
 from armsyn.driver.serial_port import SerialPort
 from armsyn.driver.timing import wire_time
 
@@ -31,6 +32,11 @@ class BusPort(PortHandler):  # type: ignore[misc]  # the SDK has no types
     margin : float
         Seconds that a reply may come after its time on the wire.
 
+    Attributes
+    ----------
+    latency : float
+        Seconds for which the adapter may keep a reply to itself.
+
     Raises
     ------
     PortError
@@ -42,6 +48,7 @@ class BusPort(PortHandler):  # type: ignore[misc]  # the SDK has no types
         self.is_open: bool = False
         self.baudrate: int = baud
         self.margin = margin
+        self.latency = 0.0
         self.openPort()
 
     def close(self) -> None:
@@ -53,6 +60,7 @@ class BusPort(PortHandler):  # type: ignore[misc]  # the SDK has no types
         if not self.is_open:
             self.serial_port = SerialPort(self.port_name, self.baudrate)
             self.ser = self.serial_port.serial
+            self.latency = adapter_latency(self.port_name)  # now that it was asked to be low
             self.is_open = True
             self.tx_time_per_byte = 1e3 * wire_time(1, self.baudrate)
         return True

@@ -10,14 +10,9 @@ import contextlib
 
 from armsyn.driver import registers as reg
 from armsyn.driver.facts import ServoFacts
+from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.driver.transactions import Bus
 from armsyn.errors import ArmFaultError, HardwareFaultError
-
-WATCHDOG_UNITS = 15
-"""Bus Watchdog while moving: 15 x 20 ms. Longer than the stalls of a busy host (30-180 ms
-measured), and short: a servo whose host died only finishes its way to the last goal anyway."""
-
-WATCHDOG_SECONDS = WATCHDOG_UNITS * reg.WATCHDOG_UNIT
 
 RESTORE_ATTEMPTS = 3
 """How often what was found is written back before a servo is given up."""

@@ -18,6 +18,7 @@ from armsyn.driver.path import Path, straight_way
 from armsyn.driver.recording import Ending
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import LONGEST_SETTLING, OnTick, Outcome, Streamer
+from armsyn.driver.timing import WATCHDOG_SECONDS
 from armsyn.driver.watch import WatchSettings
 from armsyn.errors import ArmFaultError, ArmsynError, FollowingError, RefusedMotionError
 from armsyn.motion import Motion
@@ -157,7 +158,7 @@ class ArmRun:
                 servo_names=tuple(servo.title for servo in self._facts),
             ),
             max_acceleration=self.arm.max_acceleration,
-            longest_stall=power.WATCHDOG_SECONDS,
+            longest_stall=WATCHDOG_SECONDS,
             commanded=self.arm.calibration.to_radians(goals),
             log=StreamLog(int(longest * self.rate_hz) + 1, len(goals)),
             stops=self.stops,

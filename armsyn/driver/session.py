@@ -111,7 +111,7 @@ class ArmSession:
         HardwareFaultError
             A latched hardware error or an expired bus watchdog.
         BusRateError
-            The wire cannot carry the rate.
+            The wire or the adapter cannot carry the rate, or it is too slow for the watchdog.
         BusError
             Lost replies.
         """
@@ -148,7 +148,8 @@ class ArmSession:
         check_models(bus, arm)
         facts = read_facts(bus, arm)
         check_facts(facts, arm)
-        check_rate(rate_hz, bus.baudrate, [servo.return_delay for servo in facts])
+        delays = [servo.return_delay for servo in facts]
+        check_rate(rate_hz, bus.baudrate, delays, bus.latency)
         return cls(bus, arm, rate_hz, simulated=simulated, clock=clock or MonotonicClock())
 
     def __enter__(self) -> Self:

@@ -1,4 +1,4 @@
-"""How long packets take on the wire, and whether a rate fits on it.
+"""How long packets take on the wire, and whether a rate fits on it and into the watchdog.
 
 Ten bits a byte (start, eight, stop). Bytes of a packet: ping and bare instruction 10, status
 11 + data, sync read 14 + servos, sync write 14 + servos x (1 + data) (e-Manual, Protocol 2.0).
@@ -9,12 +9,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from armsyn.driver.registers import GOAL_POSITION, HEALTH_SIZE, STATE_SIZE
+from armsyn.driver.registers import GOAL_POSITION, HEALTH_SIZE, STATE_SIZE, WATCHDOG_UNIT
 from armsyn.errors import BusRateError
 
 BITS_PER_BYTE = 10
 STATUS_OVERHEAD = 11
 SYNC_OVERHEAD = 14
+
+WATCHDOG_UNITS = 15
+"""Bus Watchdog while moving: 15 x 20 ms. Longer than the stalls of a busy host (30-180 ms
+measured), and short: a servo whose host died only finishes its way to the last goal anyway."""
+
+WATCHDOG_SECONDS = WATCHDOG_UNITS * WATCHDOG_UNIT
+
+SLOWEST_RATE = 2.0 / WATCHDOG_SECONDS
+"""Hz at which the watchdog lasts for two periods."""
+
+SHORTEST_LATENCY = 1e-3
+"""Seconds to which the latency timer of an adapter can be set."""
+
+ROUNDING = 1e-9
+"""Part of a rate that is rounding, for rates that just fit."""
 
 HOST_SHARE = 0.1
 """Part of a period that is the host's: waking up, decoding, checking, recording."""
@@ -84,10 +99,14 @@ def host_share(rate_hz: float) -> float:
     return max(HOST_SHARE / rate_hz, HOST_MINIMUM)
 
 
-def check_rate(rate_hz: float, baud: int, return_delays: Sequence[float]) -> None:
-    """Refuse a rate that the wire cannot carry.
+def check_rate(
+    rate_hz: float, baud: int, return_delays: Sequence[float], latency: float = 0.0
+) -> None:
+    """Refuse a rate that the wire cannot carry, or at which the servos' watchdog would expire.
 
-    A period must hold the cycle, the status check of one servo, and the host's share.
+    A period must hold the cycle, the status check of one servo, the adapter's latency after each
+    of the two, and the host's share; and the watchdog must last for two periods, so that one
+    late command does not stop the arm.
 
     Parameters
     ----------
@@ -96,6 +115,8 @@ def check_rate(rate_hz: float, baud: int, return_delays: Sequence[float]) -> Non
         Bits a second.
     return_delays : sequence of float, one a servo
         As read from the servos, s.
+    latency : float
+        For which the adapter may keep a reply to itself, s.
 
     Raises
     ------
@@ -106,31 +127,49 @@ def check_rate(rate_hz: float, baud: int, return_delays: Sequence[float]) -> Non
     cycle = cycle_wire_time(servos, baud, return_delays)
     if not 0 < rate_hz < float("inf"):
         raise BusRateError(f"a rate of {rate_hz} Hz is not a positive number", rate_hz, cycle)
+    if rate_hz < SLOWEST_RATE * (1.0 - ROUNDING):
+        raise BusRateError(_too_slow(rate_hz), rate_hz, cycle)
     health = health_wire_time(baud, return_delays)
     host = host_share(rate_hz)
-    if cycle + health + host <= 1.0 / rate_hz:
+    if rate_hz <= fitting_rate(baud, return_delays, latency):
         return
     delay = sum(return_delays)
+    waiting = f", the adapter keeps both replies for up to {latency * 1e3:g} ms" if latency else ""
     raise BusRateError(
         f"{rate_hz:g} Hz leaves {1e3 / rate_hz:.2f} ms, but one cycle of {servos} servos at"
         f" {baud} baud takes {cycle * 1e3:.2f} ms ({(cycle - delay) * 1e3:.2f} ms of bytes,"
-        f" {delay * 1e3:.2f} ms of return delay), a status check {health * 1e3:.2f} ms and the"
-        f" host {host * 1e3:.2f} ms: {_cure(rate_hz, baud, return_delays)}",
+        f" {delay * 1e3:.2f} ms of return delay), a status check {health * 1e3:.2f} ms{waiting}"
+        f" and the host {host * 1e3:.2f} ms: {_cure(rate_hz, baud, return_delays, latency)}",
         rate_hz,
         cycle,
     )
 
 
-def _cure(rate_hz: float, baud: int, return_delays: Sequence[float]) -> str:
-    fitting = int(fitting_rate(baud, return_delays))
-    without = int(fitting_rate(baud, [0.0] * len(return_delays)))
-    if without >= rate_hz:
-        return f"set Return Delay Time (register 9) to 0, or use {fitting} Hz or less"
-    return f"raise the baud rate, or use {fitting} Hz or less"
+def _too_slow(rate_hz: float) -> str:
+    return (
+        f"{rate_hz:g} Hz sends a goal every {1e3 / rate_hz:.0f} ms, but the servos stop by"
+        f" themselves after {WATCHDOG_SECONDS * 1e3:.0f} ms of silence, which must hold two"
+        f" periods: use {SLOWEST_RATE:.2f} Hz or more"
+    )
 
 
-def fitting_rate(baud: int, return_delays: Sequence[float]) -> float:
-    """Greatest rate that `check_rate` accepts, Hz."""
+def _cure(rate_hz: float, baud: int, return_delays: Sequence[float], latency: float) -> str:
+    fitting = fitting_rate(baud, return_delays, latency)
+    slower = f", or use {int(fitting)} Hz or less" if int(fitting) >= SLOWEST_RATE else ""
+    without_delay = [0.0] * len(return_delays)
+    short = min(latency, SHORTEST_LATENCY)
+    if latency > short and fitting_rate(baud, return_delays, short) >= rate_hz:
+        return (
+            "set the adapter's latency timer to 1 ms (latency_timer in the port's folder under"
+            f" /sys/bus/usb-serial/devices){slower}"
+        )
+    if fitting_rate(baud, without_delay, latency) >= rate_hz:
+        return f"set Return Delay Time (register 9) to 0{slower}"
+    return f"raise the baud rate{slower}"
+
+
+def fitting_rate(baud: int, return_delays: Sequence[float], latency: float = 0.0) -> float:
+    """Greatest rate that the wire can carry, Hz; arguments as of `check_rate`."""
     busy = cycle_wire_time(len(return_delays), baud, return_delays)
-    busy += health_wire_time(baud, return_delays)
-    return min((1.0 - HOST_SHARE) / busy, 1.0 / (busy + HOST_MINIMUM))
+    busy += health_wire_time(baud, return_delays) + 2.0 * latency
+    return (1.0 + ROUNDING) * min((1.0 - HOST_SHARE) / busy, 1.0 / (busy + HOST_MINIMUM))

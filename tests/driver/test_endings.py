@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from armsyn.arm import ArmDescription
 from armsyn.driver import ArmSession, Ending, Recording
-from armsyn.driver.power import WATCHDOG_UNITS
+from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import (
     ArmFaultError,
     ArmsynError,

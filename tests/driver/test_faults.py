@@ -7,7 +7,7 @@ import pytest
 
 from armsyn.driver import Ending, power, run
 from armsyn.driver.path import Path
-from armsyn.driver.power import WATCHDOG_UNITS
+from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import ArmFaultError, CommandFaultError, HardwareFaultError, PortLostError
 from tests.driver.stepped import SteppedArm, deafen, without
 

@@ -133,6 +133,19 @@ def test_the_factory_return_delay_is_refused(human7: ArmDescription) -> None:
     stepped.session(rate=100.0)
 
 
+def test_a_slow_adapter_is_refused(stepped: SteppedArm) -> None:
+    stepped.bus.latency = 0.016
+    with pytest.raises(BusRateError, match="keeps both replies for up to 16 ms"):
+        stepped.session()
+    assert stepped.torque() == [0] * 7
+    stepped.session(rate=25.0)
+
+
+def test_a_rate_too_slow_for_the_watchdog_is_refused(stepped: SteppedArm) -> None:
+    with pytest.raises(BusRateError, match="which must hold two periods"):
+        stepped.session(rate=5.0)
+
+
 def test_an_arm_without_servos(human7: ArmDescription) -> None:
     with pytest.raises(DescriptionError, match="model only"):
         ArmSession.open("/nowhere", replace(human7, servo=()), 200.0)

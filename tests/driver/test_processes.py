@@ -15,7 +15,7 @@ from armsyn.arm import ArmDescription
 from armsyn.driver import ArmSession, Ending, clear_watchdogs
 from armsyn.driver import registers as reg
 from armsyn.driver.path import straight_way
-from armsyn.driver.power import WATCHDOG_SECONDS, WATCHDOG_UNITS
+from armsyn.driver.timing import WATCHDOG_SECONDS, WATCHDOG_UNITS
 from armsyn.driver.transactions import Bus
 from armsyn.errors import ArmFaultError, HardwareFaultError, PortError, PortLostError
 from firmware_sim.testing import SimulatorProcess, running

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from armsyn.driver import serial_port
+from armsyn.driver import bus, serial_port
 from armsyn.driver.port_lock import PortLock
 from armsyn.driver.serial_port import SerialPort
 from armsyn.errors import PortError, PortLostError
@@ -43,6 +43,17 @@ def test_bytes_go_both_ways(terminal: tuple[int, str]) -> None:
     port.close()
     port.close()
     assert not port.is_open
+
+
+def test_the_adapter_is_looked_at(
+    terminal: tuple[int, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+    monkeypatch.setattr(bus, "adapter_latency", lambda path: asked.append(path) or 0.004)
+    opened = bus.BusPort(terminal[1], 1_000_000)
+    assert opened.latency == 0.004
+    assert asked == [terminal[1]]
+    opened.close()
 
 
 def test_unusual_baud_rates(terminal: tuple[int, str]) -> None:

@@ -1,7 +1,10 @@
 """Wire times against the table of the bus's arithmetic, and rates that do not fit."""
 
+from pathlib import Path
+
 import pytest
 
+from armsyn.driver.adapter import adapter_latency
 from armsyn.driver.timing import check_rate, cycle_wire_time, fitting_rate
 from armsyn.errors import BusRateError
 
@@ -47,6 +50,58 @@ def test_the_fitting_rate_just_fits(baud: int, delay: float) -> None:
     check_rate(rate * 0.9999, baud, [delay] * 7)
     with pytest.raises(BusRateError):
         check_rate(rate * 1.0001, baud, [delay] * 7)
+
+
+@pytest.mark.parametrize("latency", [1e-3, 16e-3])
+def test_the_fitting_rate_counts_the_adapter(latency: float) -> None:
+    rate = fitting_rate(1_000_000, [0.0] * 7, latency)
+    busy = 2.17e-3 + 0.33e-3 + 2.0 * latency
+    assert rate == pytest.approx(min(0.9 / busy, 1.0 / (busy + 0.2e-3)))
+    check_rate(rate * 0.9999, 1_000_000, [0.0] * 7, latency)
+    with pytest.raises(BusRateError, match=f"keeps both replies for up to {latency * 1e3:g} ms"):
+        check_rate(rate * 1.0001, 1_000_000, [0.0] * 7, latency)
+
+
+def test_200_hz_just_fit_behind_a_low_latency_adapter() -> None:
+    check_rate(200.0, 1_000_000, [0.0] * 7, 1e-3)  # 2.17 + 0.33 + 2 x 1 + 0.5 ms
+
+
+def test_an_adapter_as_it_comes_is_told_to_be_faster() -> None:
+    with pytest.raises(
+        BusRateError, match=r"set the adapter's latency timer to 1 ms .*, or use 26"
+    ):
+        check_rate(200.0, 1_000_000, [0.0] * 7, 16e-3)
+
+
+def test_a_rate_that_starves_the_watchdog() -> None:
+    check_rate(20.0 / 3.0, 1_000_000, [0.0] * 7)
+    with pytest.raises(BusRateError) as caught:
+        check_rate(6.6, 1_000_000, [0.0] * 7)
+    message = str(caught.value)
+    assert "6.6 Hz sends a goal every 152 ms" in message
+    assert "after 300 ms of silence" in message
+    assert message.endswith("use 6.67 Hz or more")
+
+
+def test_a_wire_that_carries_no_rate_at_all() -> None:
+    with pytest.raises(BusRateError) as caught:
+        check_rate(10.0, 9600, [0.0] * 7)
+    assert str(caught.value).endswith(": raise the baud rate")
+
+
+PLACES = ("class/tty/{}/device", "bus/usb-serial/devices/{}")
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_the_latency_timer_is_read(tmp_path: Path, place: str) -> None:
+    folder = tmp_path / place.format("ttyUSB3")
+    folder.mkdir(parents=True)
+    (folder / "latency_timer").write_text("16\n")
+    link = tmp_path / "arm"
+    link.symlink_to("/dev/ttyUSB3")
+    assert adapter_latency(str(link), tmp_path) == 16e-3
+    assert adapter_latency("/dev/ttyUSB4", tmp_path) == 0.0
+    assert adapter_latency("/dev/pts/3", tmp_path) == 0.0
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
