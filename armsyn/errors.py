@@ -20,8 +20,9 @@
     |   +-- FollowingError              the arm does not follow its goals
     |   +-- CommandFaultError           a goal that must not be sent, in mid-motion
     +-- RefusedMotionError              exit 4: a motion that must not start
-        +-- UnreachableError            no posture within tolerance of the target
-        +-- LimitError                  a joint's range, speed or acceleration
+    |   +-- UnreachableError            no posture within tolerance of the target
+    |   +-- LimitError                  a joint's range, speed or acceleration
+    +-- StopRequestedError              exit 130: asked to stop before anything moved
 
 Messages are one line: what, where, what to do. The evidence stands in fields beside it.
 """
@@ -246,3 +247,9 @@ class LimitError(RefusedMotionError):
         self.joint = joint
         self.value = value
         self.limit = limit
+
+
+class StopRequestedError(ArmsynError):
+    """A stop was asked for before anything moved."""
+
+    exit_status = 130

@@ -2,7 +2,8 @@
 
 The exclusive lock on the port itself (pyserial's ``exclusive=True``) is seen only by programs
 that take it on the same device; the file also names who holds the port. The kernel releases
-both when the holder dies, however it dies.
+both when the holder dies, however it dies. All users share one folder, so that they exclude each
+other too; a file that a killed program of another user left behind must be removed by its owner.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ class PortLock:
     Raises
     ------
     PortError
-        Another program holds it (the message names its process), or no lock file can be made.
+        Another program holds it (the message names its process), or no lock file can be made (the
+        message names the file and the cure).
     """
 
     def __init__(self, port: str) -> None:
@@ -41,11 +43,9 @@ class PortLock:
             try:
                 fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
-                holder = os.read(descriptor, 32).decode("ascii", "replace").strip()
+                taken = self._taken(port, descriptor)
                 os.close(descriptor)
-                raise PortError(
-                    f"port {port} is taken by process {holder or 'unknown'}: end it first"
-                ) from None
+                raise taken from None
             if self._is_current(descriptor):
                 break
             os.close(descriptor)  # its holder removed the file in between
@@ -57,11 +57,36 @@ class PortLock:
         flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
         try:
             return os.open(self.path, flags, 0o644)
+        except PermissionError as error:
+            raise self._of_another_user(port) from error
         except OSError as error:
             raise PortError(
-                f"port {port} cannot be locked: {self.path}: {error.strerror};"
-                " another user's program may hold the port"
+                f"port {port} cannot be locked: {self.path}: {error.strerror}; remove what is there"
             ) from error
+
+    def _of_another_user(self, port: str) -> PortError:
+        """Tell a port that another user holds from a file that their program left behind."""
+        try:
+            descriptor = os.open(self.path, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+        except OSError:
+            return PortError(
+                f"port {port} cannot be locked: this user may not open {self.path}; have it removed"
+                " by its owner if no program uses the port"
+            )
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except OSError:
+            return self._taken(port, descriptor)
+        finally:
+            os.close(descriptor)
+        return PortError(
+            f"port {port} cannot be locked: {self.path} was left behind by another user's program,"
+            " which has ended; have its owner (or root) remove the file"
+        )
+
+    def _taken(self, port: str, descriptor: int) -> PortError:
+        holder = os.read(descriptor, 32).decode("ascii", "replace").strip()
+        return PortError(f"port {port} is taken by process {holder or 'unknown'}: end it first")
 
     def _is_current(self, descriptor: int) -> bool:
         try:

@@ -20,7 +20,13 @@ from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import LONGEST_SETTLING, OnTick, Outcome, Streamer
 from armsyn.driver.timing import WATCHDOG_SECONDS
 from armsyn.driver.watch import WatchSettings
-from armsyn.errors import ArmFaultError, ArmsynError, FollowingError, RefusedMotionError
+from armsyn.errors import (
+    ArmFaultError,
+    ArmsynError,
+    FollowingError,
+    RefusedMotionError,
+    StopRequestedError,
+)
 from armsyn.motion import Motion
 from armsyn.safety import CommandLimits, check_trajectory
 
@@ -105,6 +111,8 @@ class ArmRun:
         ------
         LimitError
             The trajectory leaves the servos' own position limits; nothing has changed.
+        StopRequestedError
+            A stop was asked for before torque; nothing has changed.
         ArmFaultError
             A fault. Before motion all is put back as it was found; during it the goals stand
             still and the watchdog stays armed. The message says so, and what could not be put
@@ -115,6 +123,7 @@ class ArmRun:
         for motion in filter(None, (self.trajectory, self.park)):
             check_position_limits(motion, self._facts, self.arm.calibration)
         streamer = self._make_streamer()
+        self._heed_stop()
         self._power_up()
         self.streamer = streamer
         try:
@@ -126,6 +135,14 @@ class ArmRun:
             self._hold(streamer, error)
             _say_also(error, HELD if self._armed else HELD_UNWATCHED)
             raise
+
+    def _heed_stop(self) -> None:
+        """Give no torque to an arm that was asked to stop."""
+        if self.stops.count:
+            self.stops.met()
+            raise StopRequestedError(
+                "asked to stop before the motion began: nothing has moved; run it again to move"
+            )
 
     def _power_up(self) -> None:
         try:
@@ -206,6 +223,8 @@ class ArmRun:
         power.disarm_watchdog(self.bus, self._facts)
         self._armed = False
         power.restore_profiles(self.bus, self._facts)
+        if self.ending in (Ending.STOPPED_HOLDING, Ending.STOPPED_PARKED):
+            self.stops.met()
 
     def _check_parked(self, streamer: Streamer) -> None:
         """Let an arm that is away from rest keep its torque: it would fall."""

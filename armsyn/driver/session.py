@@ -177,7 +177,9 @@ class ArmSession:
     ) -> Recording:
         """Check a trajectory, stream it, and leave the arm as the table above says.
 
-        SIGINT and SIGTERM are requests to stop while this runs (in the main thread).
+        SIGINT and SIGTERM are requests to stop while this runs (in the main thread). A request
+        from before, or during the checks, is heeded before torque; one that comes too late to
+        stop this run stops the next.
 
         Parameters
         ----------
@@ -197,6 +199,8 @@ class ArmSession:
         ------
         RefusedMotionError, InputError
             A trajectory that must not be run; nothing has changed on the arm.
+        StopRequestedError
+            A stop was asked for before torque; nothing has changed on the arm.
         ArmFaultError
             A fault before motion (all is as it was found) or during it (the arm holds, the
             watchdog stays armed, and the session runs nothing more).
@@ -204,10 +208,10 @@ class ArmSession:
         if self.fault is not None:
             raise ArmFaultError(f"this session has ended with a fault: {self.fault}")
         self.recording = None
-        check_trajectory(trajectory, self.arm, self.read_posture())
-        if park is not None and trajectory.angles is not None:
-            check_trajectory(park, self.arm, trajectory.angles[-1])
         with self.stops, collector_frozen():
+            check_trajectory(trajectory, self.arm, self.read_posture())
+            if park is not None and trajectory.angles is not None:
+                check_trajectory(park, self.arm, trajectory.angles[-1])
             run = ArmRun(
                 self._joints,
                 self.arm,

@@ -14,15 +14,16 @@ _Handler = Callable[[int, FrameType | None], Any] | int | None
 
 
 class StopRequests:
-    """Counts requests to stop while it is entered.
+    """Counts requests to stop, until they are met.
 
-    Signals are taken over in the main thread only (Python delivers them nowhere else) and given
-    back on leaving; a program that streams from another thread calls `request`.
+    While it is entered signals count too. They are taken over in the main thread only (Python
+    delivers them nowhere else) and given back on leaving; a program that streams from another
+    thread calls `request`, at any time.
 
     Attributes
     ----------
     count : int
-        1: come to a stop and see to the arm. 2 or more: hold at once.
+        Requests not yet met. 1: come to a stop and see to the arm. 2 or more: hold at once.
     """
 
     def __init__(self) -> None:
@@ -33,8 +34,11 @@ class StopRequests:
         """Ask to stop, as a signal does."""
         self.count += 1
 
-    def __enter__(self) -> Self:
+    def met(self) -> None:
+        """Forget the requests: what they asked for was done."""
         self.count = 0
+
+    def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
             for number in SIGNALS:
                 self._previous[number] = signal.signal(number, self._on_signal)

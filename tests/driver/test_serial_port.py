@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import tty
 from collections.abc import Iterator
@@ -131,6 +132,47 @@ def test_another_process_and_its_death(tmp_path: Path) -> None:
     lock.release()
     lock.release()
     assert not lock.path.exists()
+
+
+@pytest.fixture
+def anothers_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lock files are another user's: they can be read, but not be written."""
+    # made up, for the user who runs the tests may be allowed everything
+    original = os.open
+
+    def refuse(path: object, flags: int, *mode: int) -> int:
+        if flags & os.O_RDWR and str(path).endswith(".lock"):
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return original(path, flags, *mode)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(os, "open", refuse)
+
+
+@pytest.mark.usefixtures("anothers_files")
+def test_a_lock_that_another_user_left_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    port = "/dev/ttyUSB9"
+    lock = tmp_path / "armsyn-dev-ttyUSB9.lock"
+    lock.write_text("123\n")
+    with pytest.raises(PortError) as caught:
+        PortLock(port)
+    message = str(caught.value)
+    assert f"{lock} was left behind by another user's program" in message
+    assert message.endswith("have its owner (or root) remove the file")
+    lock.unlink()
+    with pytest.raises(PortError, match=f"may not open {lock}; have it removed"):
+        PortLock(port)
+
+
+def test_a_lock_that_another_user_holds(tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    port = str(tmp_path / "port")
+    held = PortLock(port)
+    request.getfixturevalue("anothers_files")
+    with pytest.raises(PortError, match=f"is taken by process {os.getpid()}: end it first"):
+        PortLock(port)
+    held.release()
 
 
 def test_a_port_that_takes_no_more_bytes(

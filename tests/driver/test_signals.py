@@ -4,11 +4,16 @@ import gc
 import os
 import signal
 import threading
+from types import ModuleType
 
 import pytest
 
+from armsyn.driver import Ending, power, run, session
 from armsyn.driver.collector import collector_frozen
+from armsyn.driver.path import straight_way
 from armsyn.driver.signals import SIGNALS, StopRequests
+from armsyn.errors import StopRequestedError
+from tests.driver.stepped import SteppedArm
 
 
 @pytest.mark.parametrize("number", SIGNALS)
@@ -21,12 +26,72 @@ def test_signals_are_counted_and_given_back(number: signal.Signals) -> None:
     assert signal.getsignal(number) == before
 
 
-def test_every_time_it_counts_from_zero() -> None:
+def test_requests_are_kept_until_they_are_met() -> None:
     stops = StopRequests()
-    for _ in range(2):
-        with stops:
-            stops.request()
+    stops.request()
+    with stops:
         assert stops.count == 1
+        stops.request()
+    assert stops.count == 2
+    stops.met()
+    with stops:
+        assert stops.count == 0
+
+
+def test_a_request_from_before_a_run_keeps_the_torque_off(stepped: SteppedArm) -> None:
+    opened = stepped.session()
+    opened.stops.request()
+    stepped.bus.serial_port.written.clear()
+    with pytest.raises(StopRequestedError, match="nothing has moved") as caught:
+        opened.run(stepped.way(0.3))
+    assert caught.value.exit_status == 130
+    assert {packet[7] for packet in stepped.bus.serial_port.written} == {0x82}  # read only
+    assert opened.run(stepped.way(0.3)).ending is Ending.COMPLETED  # it was met
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize("module", [session, run], ids=["posture", "facts"])
+def test_a_signal_during_the_checks_keeps_the_torque_off(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, module: ModuleType
+) -> None:
+    """Before the trajectory is judged, and as the servos are read before torque."""
+    name = "check_trajectory" if module is session else "read_facts"
+    check = getattr(module, name)
+
+    def interrupted(*arguments: object) -> object:
+        os.kill(os.getpid(), number)
+        return check(*arguments)
+
+    opened = stepped.session()
+    monkeypatch.setattr(module, name, interrupted)
+    with pytest.raises(StopRequestedError):
+        opened.run(stepped.way(0.3))
+    assert stepped.torque() == [0] * 7
+    assert opened.fault is None
+
+
+def test_a_stop_that_was_met_does_not_stop_the_next_run(stepped: SteppedArm) -> None:
+    opened = stepped.session()
+    stepped.at(0.2, opened.stops.request)
+    assert opened.run(stepped.way(0.6)).ending is Ending.STOPPED_PARKED
+    assert opened.run(stepped.way(0.3)).ending is Ending.COMPLETED
+
+
+def test_a_request_that_came_too_late_stops_the_next_run(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = stepped.session()
+    disarm = power.disarm_watchdog
+
+    def interrupted(*arguments: object) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        disarm(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(power, "disarm_watchdog", interrupted)
+    assert opened.run(stepped.way(0.3)).ending is Ending.COMPLETED
+    here = opened.read_posture()
+    with pytest.raises(StopRequestedError):
+        opened.run(straight_way(here, stepped.description.rest, stepped.description, 200.0))
 
 
 def test_another_thread_only_requests() -> None:
