@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from functools import cached_property
 from pathlib import Path
@@ -68,7 +69,8 @@ class ServoDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     id : int
         On the bus, 0-252.
     model : str
-        The maker's name in lower case, such as ``xm430-w350``.
+        The maker's name in lower case, such as ``xm430-w350``. Whether it is known is found out
+        where it matters, as a port is opened or a simulator started.
     direction : {1, -1}
         Sign between ticks and the joint's angle.
     zero_tick : int
@@ -237,11 +239,9 @@ def _read(path: Path) -> str:
 
 def _check(arm: ArmDescription) -> None:
     """What the types cannot say."""
+    _check_finite(arm)
     _ = arm.chain  # names, axes and limits
     for joint in arm.joint:
-        values = [joint.rest, joint.max_velocity, joint.max_acceleration]
-        if not np.isfinite(values).all():
-            raise InputError(f"joint {joint.name}: rest and limits must be finite")
         if not joint.lower <= joint.rest <= joint.upper:
             raise InputError(f"joint {joint.name}: rest {joint.rest:g} is outside its limits")
     frames = {*arm.joint_names, TIP}
@@ -252,6 +252,18 @@ def _check(arm: ArmDescription) -> None:
         raise InputError(f"landmarks: the last one is the hand and must be {TIP!r}")
     if arm.servo:
         _check_servos(arm)
+
+
+def _check_finite(arm: ArmDescription) -> None:
+    """TOML knows nan and inf; no number of an arm may be one."""
+    tables: list[tuple[str, msgspec.Struct]] = [("", arm), ("tip: ", arm.tip)]
+    tables += [(f"joint {joint.name}: ", joint) for joint in arm.joint]
+    tables += [(f"servo {servo.id}: ", servo) for servo in arm.servo]
+    for where, table in tables:
+        for field, value in msgspec.structs.asdict(table).items():
+            numbers = value if isinstance(value, tuple) else (value,)
+            if any(isinstance(x, float) and not math.isfinite(x) for x in numbers):
+                raise InputError(f"{where}{field} must be finite, got {value}")
 
 
 def _check_servos(arm: ArmDescription) -> None:

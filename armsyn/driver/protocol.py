@@ -23,7 +23,6 @@ MAXIMUM_ID = 252
 PING = 0x01
 READ = 0x02
 WRITE = 0x03
-REBOOT = 0x08
 STATUS = 0x55
 SYNC_READ = 0x82
 SYNC_WRITE = 0x83
@@ -130,11 +129,6 @@ def read(identifier: int, address: int, size: int) -> bytes:
 def write(identifier: int, address: int, data: bytes) -> bytes:
     """Write `data` at `address` of one servo."""
     return packet(identifier, WRITE, _words(address) + data)
-
-
-def reboot(identifier: int) -> bytes:
-    """Restart a servo, which clears its hardware error and drops its torque."""
-    return packet(identifier, REBOOT)
 
 
 def sync_read(address: int, size: int, identifiers: Sequence[int]) -> bytes:

@@ -74,8 +74,6 @@ class Register:
         return value.to_bytes(self.size, "little", signed=self.signed)
 
 
-MODEL_NUMBER = Register("Model Number", 0, 2)
-FIRMWARE_VERSION = Register("Firmware Version", 6, 1)
 RETURN_DELAY_TIME = Register("Return Delay Time", 9, 1)
 DRIVE_MODE = Register("Drive Mode", 10, 1)
 OPERATING_MODE = Register("Operating Mode", 11, 1)

@@ -22,7 +22,7 @@ STEP_TOLERANCE = 0.05
 """Part of a step at full speed that interpolation and blending may add."""
 
 POSITION_TOLERANCE = 1e-6
-"""rad past a joint's range that are rounding."""
+"""rad (or m) past a joint's range that are rounding."""
 
 FOLLOWING_AT_REST = 0.15
 """rad that an arm at rest may be off its goal (droop under load, play)."""

@@ -9,14 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import InputError, LimitError, RefusedMotionError
+from armsyn.safety.command import POSITION_TOLERANCE
 
 FloatArray = NDArray[np.float64]
 
 START_TOLERANCE = 0.05
 """rad (or m) between where the arm is and where a trajectory may start."""
-
-POSITION_TOLERANCE = 1e-6
-"""rad (or m) past a joint's range that are rounding."""
 
 RATE_TOLERANCE = 0.02
 """Part of a speed or acceleration limit that sampling may add to a motion that keeps it."""
