@@ -22,8 +22,8 @@ FloatArray = NDArray[np.float64]
 
 
 CLEARING = (
-    "the servos' watchdogs stay armed and expire when this program ends: look at the arm, then"
-    " write 0 to register 98 of its servos (armsyn.driver.clear_watchdogs does)"
+    "watchdogs that are armed expire when this program ends: look at the arm, then write 0"
+    " to register 98 of its servos (armsyn.driver.clear_watchdogs does)"
 )
 """What follows from a fault, and how to clear it."""
 

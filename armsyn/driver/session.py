@@ -6,13 +6,20 @@ How a run leaves the arm:
 ending                 torque                            motion                             watchdog
 =====================  ================================  =================================  ========
 error before motion    as it was found                   none                               as found
-completed              on, holding                       at the target                      0
-completed with `park`  off                               parked                             0
+completed              on, holding                       at the target, or as near as the   0
+                                                         arm came: an event says how near
+completed with `park`  off; on, holding, when a joint    parked                             0
+                       is over 0.05 rad off rest
 first request to stop  on, holding                       decelerated; then to rest if the   0
                                                          way is free and takes 3 s at most
 second request, fault  on, holding (what a fault left)   goals stand still at once          armed
 host dead              the servos' own                   stopped by their watchdog          expired
 =====================  ================================  =================================  ========
+
+Profiles (registers 108 and 112) are 0 during a run, put back where the watchdog is 0 at its end,
+and left 0 otherwise. What is put back or switched off is read back; where that fails, the error
+names the servos. A fault's message says what it left and how to clear it: if only the profiles
+could not be put back, the watchdog is off already.
 """
 
 from __future__ import annotations
@@ -58,9 +65,11 @@ class ArmSession:
     recording : Recording or None
         Of the last run, also when it raised; None when nothing was streamed.
     fault : Exception or None
-        What ended the last run; the session runs nothing more then.
+        What the last run left an arm with that is not as it should be; the session runs nothing
+        more then.
     stops : StopRequests
-        ``session.stops.request()`` asks a run to stop, as SIGINT does.
+        ``session.stops.request()`` asks a run to stop, as SIGINT does; before a run, it keeps
+        the torque off.
     """
 
     def __init__(
@@ -83,7 +92,9 @@ class ArmSession:
     ) -> Self:
         """Open the port and check that the arm there is the one described, fit to move.
 
-        Nothing is written to the servos.
+        Nothing is written to the servos. Checked are: every servo's ID and model; operating
+        mode, direction, homing offset; hardware errors and watchdogs; and whether wire, adapter
+        and watchdog allow the rate.
 
         Parameters
         ----------
@@ -186,7 +197,8 @@ class ArmSession:
         trajectory : Motion
             From where the arm is; angles in rad.
         park : Motion, optional
-            Streamed afterwards, from the trajectory's end; then the torque goes off.
+            Streamed afterwards, from the trajectory's end to the arm's rest posture. Then the
+            torque goes off, unless a joint is more than 0.05 rad off rest (`Ending.PARK_MISSED`).
         on_tick : callable, optional
             Called after each tick with path time and duration, s; must return quickly.
 
@@ -202,8 +214,9 @@ class ArmSession:
         StopRequestedError
             A stop was asked for before torque; nothing has changed on the arm.
         ArmFaultError
-            A fault before motion (all is as it was found) or during it (the arm holds, the
-            watchdog stays armed, and the session runs nothing more).
+            A fault before motion (all is put back as it was found, or the message says what is
+            not) or during it (the arm holds, the watchdog stays armed, and the session runs
+            nothing more).
         """
         if self.fault is not None:
             raise ArmFaultError(f"this session has ended with a fault: {self.fault}")
@@ -253,7 +266,10 @@ def _check_description(arm: ArmDescription) -> None:
 
 
 def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:
-    """Switch off the bus watchdogs that a fault left, holding every servo where it is.
+    """Switch off the bus watchdogs that a fault left, and make sure of it.
+
+    Servos that their watchdog has stopped hold where they are, at torque or without as before;
+    the others keep their goals.
 
     Look at the arm first: this is the operator's word that it may move again.
 
