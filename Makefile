@@ -15,7 +15,7 @@ demo: $(VENV)/.run  ## reach for three targets on the simulated human-like arm, 
 	$(BIN)/armsyn reach --target 0.35 -0.10 -0.15 --return --record out/reach-1.npz --plot out/reach-1.png
 	$(BIN)/armsyn reach --target 0.42 -0.25 -0.05 --plot out/reach-2.png
 	$(BIN)/armsyn reach --target 0.40 0.15 0.02 --park --plot out/reach-3.png
-	@echo "The hand's speed, captured, planned, measured and without synergy: out/reach-1.png (2, 3)"
+	@echo "The hand's speed, captured, planned, measured and without synergy: out/reach-[123].png"
 
 test: $(VENV)/.test  ## everything that must hold
 	$(BIN)/python -m pytest -q
@@ -37,9 +37,9 @@ reaches: $(VENV)/.run  ## twenty random targets on the simulated arm, with and w
 GARZA := --captures garza:all --generations 150 \
 	--model C --model A --model B --model D --ik svd --ik jt --ik njt --ik dls
 learn: $(VENV)/.run  ## learn the arms' synergies anew (needs the captures; half an hour)
-	$(BIN)/armsyn learn --arm human7 $(GARZA)
-	$(BIN)/armsyn learn --arm openmanipulator_x $(GARZA)
-	$(BIN)/armsyn learn --arm koch $(GARZA)
+	$(BIN)/armsyn learn --arm human7 $(GARZA) --out calibration/human7.synergies.json
+	$(BIN)/armsyn learn --arm openmanipulator_x $(GARZA) --out calibration/openmanipulator_x.synergies.json
+	$(BIN)/armsyn learn --arm koch $(GARZA) --out calibration/koch.synergies.json
 
 clean:  ## remove what make made
 	rm -rf $(VENV) out

@@ -173,6 +173,35 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         rows = {name: row for row, name in enumerate((*self.joint_names, TIP))}
         return tuple(rows[frame] for frame in self.landmarks.values())
 
+    def slowed(self, factor: float) -> ArmDescription:
+        """Return the same arm with speed limits divided by a factor, accelerations by its square.
+
+        Parameters
+        ----------
+        factor : float
+            At least 1.
+
+        Returns
+        -------
+        ArmDescription
+
+        Raises
+        ------
+        InputError
+            A factor below 1, or not finite.
+        """
+        if not 1.0 <= factor < np.inf:
+            raise InputError(f"an arm can be slowed by a factor of at least 1, got {factor:g}")
+        joints = tuple(
+            msgspec.structs.replace(
+                joint,
+                max_velocity=joint.max_velocity / factor,
+                max_acceleration=joint.max_acceleration / factor**2,
+            )
+            for joint in self.joint
+        )
+        return msgspec.structs.replace(self, joint=joints)
+
 
 def load_arm(name: str, directory: Path | None = None) -> ArmDescription:
     """Load an arm's description by its name.

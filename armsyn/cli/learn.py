@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option("--captures", "selection", required=True, metavar="SELECTION", help="See below.")
+@click.option("--captures", "selection", required=True, metavar="SELECTION", help="See above.")
 @click.option("--arm", "arm_name", required=True, metavar="NAME", help="The arm to learn for.")
 @click.option(
     "--model",
@@ -73,6 +73,7 @@ def learn(**options: Any) -> None:
     so far. The result is the same for any number of workers.
     """
     from armsyn.arm import find_file, load_arm
+    from armsyn.errors import InputError
     from armsyn.motion.captures import load_captures
     from armsyn.synergy.learning import learn as learn_synergies
     from armsyn.synergy.library import save_library
@@ -80,6 +81,8 @@ def learn(**options: Any) -> None:
     arm = load_arm(options["arm_name"], options["calibration"])
     description = find_file(arm.name, ".toml", options["calibration"])
     out = options["out"] or description.with_name(f"{arm.name}.synergies.json")
+    if options["out"] is None and out.exists():
+        raise InputError(f"{out} exists already: name it with --out to replace it")
     _check_writable(out)
     chosen = _learning_options(options, has_servos=bool(arm.servo))
     captures = load_captures(options["selection"])

@@ -54,7 +54,8 @@ def cli() -> None:
     kinematics, learned from captured reaches), which is checked, streamed to the arm, recorded
     and scored. Without --port the arm is simulated, and the first line says so.
 
-    Exit status: 0 done; 2 bad input; 3 a fault of the arm, bus or port; 4 a motion refused.
+    Exit status: 0 done; 2 bad input; 3 a fault of the arm, bus or port; 4 a motion refused;
+    130 stopped by Ctrl-C or SIGTERM.
     """
 
 

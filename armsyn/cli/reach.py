@@ -51,7 +51,7 @@ class Done:
     nargs=3,
     required=True,
     metavar="X Y Z",
-    help="Where the hand goes: metres, arm base frame.",
+    help="Where the hand goes: metres, arm base frame (koch faces -x).",
 )
 @click.option("--arm", "arm_name", metavar="NAME", help=f"[default: {DEFAULT_ARM}, simulated]")
 @click.option("--port", metavar="PATH", help="Serial port of a real arm; without it, simulated.")
@@ -74,7 +74,7 @@ class Done:
     type=float,
     default=1.0,
     metavar="FACTOR",
-    help="At least so many times slower than the person (an arm's limits may ask for more).",
+    help="Allow every motion only 1/FACTOR of the arm's speed (and the way to rest, too).",
 )
 @click.option("--return", "come_back", is_flag=True, help="Come back to where the hand started.")
 @click.option("--park", is_flag=True, help="Afterwards go to the rest posture; torque off.")
@@ -115,13 +115,13 @@ def reach(**options: Any) -> None:
     if options["port"] and not options["arm_name"]:
         raise InputError("--port needs --arm: which arm is connected there?")
     name, directory = options["arm_name"] or DEFAULT_ARM, options["calibration"]
-    arm = load_arm(name, directory)
+    _check(options)
+    arm = load_arm(name, directory).slowed(options["slower"])
     library = load_library(find_file(name, ".synergies.json", directory))
     if options["raw"] and options["model"]:
         raise InputError("--raw is model A: give either --raw or --model")
     model = "A" if options["raw"] else options["model"] or "C"
     planner = ReachPlanner(arm, library, options["ik"], model)
-    _check(options)
     if not library.complete:
         click.echo(f"learning of {name}'s synergies was interrupted: run armsyn learn", err=True)
     if options["record"]:
@@ -188,13 +188,11 @@ def _reach(planner: ReachPlanner, port: str, options: dict[str, Any], *, simulat
     arm, rate = planner.arm, options["rate_hz"]
     with ArmSession.open(port, arm, rate, simulated=simulated) as session:
         start = session.read_posture()
-        slower = options["slower"]
-        out = planner.plan(start, np.array(options["target"]), time_scale=slower)
+        out = planner.plan(start, np.array(options["target"]))
         trajectory, back = out.trajectory, None
         if options["come_back"]:
             assert trajectory.angles is not None  # noqa: S101 - planned
-            hand = arm.chain.forward(start).tip
-            back = planner.plan(trajectory.angles[-1], hand, time_scale=slower)
+            back = planner.plan(trajectory.angles[-1], arm.chain.forward(start).tip)
             trajectory = joined(trajectory, back.trajectory)
         park = None
         if options["park"]:

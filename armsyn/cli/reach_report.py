@@ -8,15 +8,17 @@ from typing import Any
 
 import click
 import numpy as np
+from numpy.typing import NDArray
 
 from armsyn.cli.reach import Done
 from armsyn.driver import Ending
-from armsyn.errors import FormatError, InputError, RefusedMotionError
+from armsyn.errors import ArmFaultError, FormatError, InputError, RefusedMotionError
 from armsyn.motion import FloatArray, Motion
 from armsyn.planning import PlannedReach, ReachPlanner
 from armsyn.scoring import ProfileMeasures, correlation, measure, movement, normalised_speed
 
 STOPPED = 130
+STOPS = {Ending.STOPPED_HOLDING, Ending.STOPPED_PARKED, Ending.ABORTED}
 
 
 def report(done: Done, *, record: Path | None, plot: Path | None, as_json: bool) -> int:
@@ -32,7 +34,7 @@ def report(done: Done, *, record: Path | None, plot: Path | None, as_json: bool)
     Returns
     -------
     int
-        Exit status: 0, or 130 when the run was stopped on request.
+        Exit status: 0; 130 when the run was stopped on request, 3 when parking missed.
     """
     document = summary(done)
     document["record"] = None if record is None else str(record)
@@ -41,8 +43,9 @@ def report(done: Done, *, record: Path | None, plot: Path | None, as_json: bool)
         click.echo(json.dumps(document, indent=2, allow_nan=False))
     else:
         _print(document)
-    stopped = {Ending.STOPPED_HOLDING, Ending.STOPPED_PARKED, Ending.ABORTED}
-    return STOPPED if done.recording.ending in stopped else 0
+    if done.recording.ending is Ending.PARK_MISSED:
+        return ArmFaultError.exit_status
+    return STOPPED if done.recording.ending in STOPS else 0
 
 
 def summary(done: Done) -> dict[str, Any]:
@@ -65,6 +68,8 @@ def summary(done: Done) -> dict[str, Any]:
     except FormatError as error:  # stopped before the arm could answer
         measured = str(error)
     split = arrival_row(done)
+    if recording.ending in STOPS and not _was_there(recording.commanded_rad, done.out.trajectory):
+        measured = "the reach was stopped before its end"
     tracking = recording.tracking_rms()
     document: dict[str, Any] = {
         "arm": recording.arm,
@@ -96,9 +101,17 @@ def return_row(done: Done) -> int:
 
 
 def _last_row_at(commanded: FloatArray, trajectory: Motion) -> int:
+    there = _rows_at_end(commanded, trajectory)
+    return int(there[-1]) if there.size else commanded.shape[0] - 1
+
+
+def _was_there(commanded: FloatArray, trajectory: Motion) -> bool:
+    return _rows_at_end(commanded, trajectory).size > 0
+
+
+def _rows_at_end(commanded: FloatArray, trajectory: Motion) -> NDArray[np.intp]:
     assert trajectory.angles is not None  # noqa: S101 - planned
-    there = np.abs(commanded - trajectory.angles[-1]).max(axis=1) < 1e-9
-    return int(np.flatnonzero(there)[-1]) if there.any() else commanded.shape[0] - 1
+    return np.flatnonzero(np.abs(commanded - trajectory.angles[-1]).max(axis=1) < 1e-9)
 
 
 def _leg(planned: PlannedReach, measured: Motion | str, rows: slice) -> dict[str, Any]:
@@ -151,7 +164,8 @@ def _print(document: dict[str, Any]) -> None:
     tracking = "unknown" if rms is None else f"{rms:.4f} rad rms"
     click.echo(
         f"stream: {document['ticks']} ticks at {document['rate_hz']:g} Hz,"
-        f" {document['missed_ticks']} missed, success {document['command_success_rate']:.2f},"
+        f" {document['missed_ticks']} missed, success {document['command_success_rate']:.2f} of"
+        " the last 100,"
         f" tracking {tracking}"
     )
     where = "the simulated arm ends with this command" if document["simulated"] else "now"
@@ -162,11 +176,13 @@ def _print(document: dict[str, Any]) -> None:
 
 
 def _leg_text(name: str, leg: dict[str, Any]) -> str:
+    manner = f"like {leg['captured']}"
+    if leg["model"] == "A":
+        manner = f"raw controller (no synergy) at the pace learned from {leg['captured']}"
     miss = leg["hand_error_m"]
     error = "an unknown distance" if miss is None else f"{miss * 1000:.1f} mm"
     lines = [
-        f"{name}: hand {error} from its target,"
-        f" like {leg['captured']}, {leg['time_scale']:.2f} times slower"
+        f"{name}: hand {error} from its target, {manner}, {leg['time_scale']:.2f} times slower"
     ]
     if leg["captured_rank"]:
         lines.append(f"  ({leg['captured_rank']} nearer learned reaches would miss the target)")
@@ -201,6 +217,8 @@ def draw_speeds(path: Path, done: Done, planner: ReachPlanner) -> None:
 
     from armsyn.motion.formats.files import replacing
 
+    if done.recording.ending in STOPS:
+        raise InputError(f"{path}: not drawn, for the reach was stopped")
     figure = Figure(figsize=(8, 4.5), layout="constrained")
     axes = figure.add_subplot()
     split = arrival_row(done)
@@ -209,7 +227,7 @@ def draw_speeds(path: Path, done: Done, planner: ReachPlanner) -> None:
     _draw(axes, done.out.trajectory, "planned", color="tab:blue", linestyle="--")
     kind = "simulated" if done.recording.simulated else done.recording.port
     _draw(axes, measured, f"measured ({kind})", color="tab:red")
-    raw = _raw(done, planner)
+    raw = _raw(done, planner) if planner.model != "A" else None
     if raw is not None:
         _draw(axes, raw, "raw controller (S_A), planned", color="k", linestyle=":")
     highest = max(float(np.max(np.asarray(line.get_ydata()))) for line in axes.get_lines())

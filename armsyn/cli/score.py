@@ -36,6 +36,10 @@ def score(captured: str, other: str, as_json: bool) -> None:
     console.print(f"A {captured}: {comparison.captured_source}", highlight=False, markup=False)
     console.print(f"B {other}: {comparison.other_source}", highlight=False, markup=False)
     console.print(distance_table(comparison), profile_table(comparison))
+    for label, found in (("A", comparison.captured_profile), ("B", comparison.other_profile)):
+        console.print(
+            f"{label}: the largest movement counts, from {found.onset:.2f} to {found.offset:.2f} s"
+        )
     if comparison.left_out:
         console.print(f"landmarks in only one of them: {', '.join(comparison.left_out)}")
 

@@ -98,12 +98,7 @@ class ReachPlanner:
             )
 
     def plan(
-        self,
-        posture: ArrayLike,
-        target: ArrayLike,
-        rate_hz: float = PLANNING_RATE_HZ,
-        *,
-        time_scale: float = 1.0,
+        self, posture: ArrayLike, target: ArrayLike, rate_hz: float = PLANNING_RATE_HZ
     ) -> PlannedReach:
         """Plan a reach from a posture to a target.
 
@@ -115,8 +110,6 @@ class ReachPlanner:
             Position of the hand, base frame, m.
         rate_hz : float
             Of the trajectory.
-        time_scale : float
-            At least so many times slower than the learned reach.
 
         Returns
         -------
@@ -125,7 +118,7 @@ class ReachPlanner:
         Raises
         ------
         InputError
-            Wrong counts, not finite, or a rate or time scale that is not positive.
+            Wrong counts, not finite, or a rate that is not positive.
         LimitError
             The posture is outside the joints' ranges; or no synergy that arrives can be slowed
             until the joints' accelerations hold.
@@ -140,17 +133,15 @@ class ReachPlanner:
             raise InputError(f"a target is 3 finite numbers of metres, got {goal.tolist()}")
         if not 0 < rate_hz < np.inf:
             raise InputError(f"a trajectory needs a positive rate, got {rate_hz:g} Hz")
-        if not 1.0 <= time_scale < np.inf:
-            raise InputError(f"a reach can be slowed by a factor of at least 1, got {time_scale:g}")
         hand = self.arm.chain.forward(start).tip
         candidates = self.library.nearest(hand, goal, self.ik, self.model)
         missed: RollOut | None = None
         too_fast: LimitError | None = None
         for rank, (learned, synergy) in enumerate(candidates):
-            rolled, scale = self._roll(start, goal, synergy, rate_hz, time_scale), time_scale
+            rolled, scale = self._roll(start, goal, synergy, rate_hz, 1.0), 1.0
             if rolled.arrived:
                 try:
-                    rolled, scale = self._slowed(start, goal, synergy, rate_hz, time_scale)
+                    rolled, scale = self._slowed(start, goal, synergy, rate_hz)
                 except LimitError as error:
                     too_fast = too_fast or error
                     continue
@@ -196,9 +187,10 @@ class ReachPlanner:
         )
 
     def _slowed(
-        self, start: FloatArray, goal: FloatArray, synergy: SynergySet, rate_hz: float, scale: float
+        self, start: FloatArray, goal: FloatArray, synergy: SynergySet, rate_hz: float
     ) -> tuple[RollOut, float]:
         """Slow the reach until every joint's speed and acceleration hold."""
+        scale = 1.0
         for _ in range(_MOST_SCALINGS):
             rolled = self._roll(start, goal, synergy, rate_hz, scale)
             excess = self._excess(rolled.angles, rate_hz)
@@ -238,13 +230,28 @@ class ReachPlanner:
             source=f"planned for {self.arm.name} like {learned.name}",
         )
 
+    def _advice(self, goal: FloatArray) -> str:
+        base = self.arm.chain.forward(self.arm.rest).positions[0]
+        distance, reach = float(np.linalg.norm(goal - base)), self.arm.chain.reach
+        if distance > 10 * reach:
+            return "targets are in metres"
+        if distance > reach:
+            return (
+                f"the arm is {reach:.2f} m long, the target {distance:.2f} m from its first joint"
+            )
+        facing = np.array([np.cos(self.arm.facing), np.sin(self.arm.facing)]).round(2) + 0.0
+        return (
+            "it is too near, behind the arm or outside its joints' ranges: the arm faces"
+            f" x {facing[0]:g}, y {facing[1]:g}"
+        )
+
     def _why_not(self, start: FloatArray, goal: FloatArray, missed: RollOut) -> str:
         where = "({:.3f}, {:.3f}, {:.3f}) m".format(*goal)
         best = solve_ik(self.arm.chain, goal, start, restarts=20, tolerance=TOLERANCE_M)
         if not best.success:
             return (
                 f"target {where} cannot be reached by {self.arm.name}: its hand stays"
-                f" {best.position_error * 100:.1f} cm away; choose a nearer target"
+                f" {best.position_error:.3f} m away; {self._advice(goal)}"
             )
         chain, last = self.arm.chain, missed.angles[-1]
         near_limit = np.minimum(last - chain.lower, chain.upper - last) < _AT_LIMIT_RAD

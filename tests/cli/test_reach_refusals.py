@@ -117,7 +117,7 @@ def test_what_was_not_learned_is_refused(
 def test_out_of_reach_is_refused(call: Call, target: tuple[str, str, str], tmp_path: Path) -> None:
     record = tmp_path / "reach.npz"
     outcome = call("reach", "--target", *target, "--record", record)
-    outcome.refused(4, "cannot be reached by human7", "choose a nearer target")
+    outcome.refused(4, "cannot be reached by human7", "its hand stays 0.")
     assert not record.exists()
 
 
