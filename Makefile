@@ -26,10 +26,8 @@ lint: $(VENV)/.test  ## style and types
 	$(BIN)/mypy
 
 bench: $(VENV)/.test  ## speed, memory and success rates, side by side in one run
-	$(BIN)/python tests/benchmarks/bench_rollout.py
-	$(BIN)/python tests/benchmarks/bench_bus.py
-	$(BIN)/python tests/benchmarks/bench_ik.py
-	$(BIN)/python tests/benchmarks/bench_memory.py
+	@status=0; for bench in rollout bus ik memory; do \
+		echo; $(BIN)/python tests/benchmarks/bench_$$bench.py || status=1; done; exit $$status
 
 reaches: $(VENV)/.run  ## twenty random targets on the simulated arm, with and without synergy
 	$(BIN)/python tests/benchmarks/random_reaches.py
