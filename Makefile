@@ -34,7 +34,7 @@ reaches: $(VENV)/.run  ## twenty random targets on the simulated arm, with and w
 
 GARZA := --captures garza:all --generations 150 \
 	--model C --model A --model B --model D --ik svd --ik jt --ik njt --ik dls
-learn: $(VENV)/.run  ## learn the arms' synergies anew (needs the captures; half an hour)
+learn: $(VENV)/.run  ## learn the arms' synergies anew (needs the captures; twenty minutes)
 	$(BIN)/armsyn learn --arm human7 $(GARZA) --out calibration/human7.synergies.json
 	$(BIN)/armsyn learn --arm openmanipulator_x $(GARZA) --out calibration/openmanipulator_x.synergies.json
 	$(BIN)/armsyn learn --arm koch $(GARZA) --out calibration/koch.synergies.json
