@@ -229,6 +229,8 @@ def _report(library: SynergyLibrary, out: Path, *, as_json: bool) -> None:
     console.print(table)
     for name, reason in {**library.left_out, **not_fitting}.items():
         console.print(f"not used: {name}: {reason}", highlight=False, markup=False)
+    if not any(row["usable"] for row in rows):
+        console.print("no reach can be planned with this file: none of them fits")
     if not library.complete:
         console.print("interrupted: the best so far was kept")
     console.print(f"wrote {out}", highlight=False, markup=False)

@@ -11,6 +11,7 @@ from armsyn.errors import InputError
 from armsyn.ik.optimisers import optimiser_settings
 from armsyn.kernels.solver import descend
 from armsyn.kinematics import SerialChain
+from armsyn.kinematics.rotation import checked_rotation
 
 FloatArray = NDArray[np.float64]
 
@@ -98,7 +99,7 @@ def solve_ik(
             "tolerance must be above 0, max_steps at least 1 and restarts at least 0,"
             f" got {tolerance:g}, {max_steps} and {restarts}"
         )
-    wanted = np.empty((0, 0)) if orientation is None else _checked_rotation(orientation)
+    wanted = np.empty((0, 0)) if orientation is None else checked_rotation(orientation)
     posture = np.clip(chain.checked_posture(start), chain.lower, chain.upper)
     settings = optimiser_settings(optimiser)
     move = 0.1 * chain.reach
@@ -118,12 +119,3 @@ def solve_ik(
         if best.success:
             break
     return best._replace(steps=taken)
-
-
-def _checked_rotation(orientation: ArrayLike) -> FloatArray:
-    R = np.array(orientation, dtype=np.float64, order="C")
-    if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6):
-        raise InputError("an orientation is a 3 x 3 rotation matrix")
-    if np.linalg.det(R) < 0:
-        raise InputError("an orientation must not mirror: its determinant is negative")
-    return R

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from armsyn.errors import InputError
+
 FloatArray = NDArray[np.float64]
 
 
@@ -99,3 +101,22 @@ def turning_z_to(axis: ArrayLike) -> FloatArray:
     # 1 / (1 + z), which near -z would lose all its digits
     inverse = (1.0 - z) / across if z < 0.0 else 1.0 / (1.0 + z)
     return np.asarray(np.eye(3) + W + (W @ W) * inverse)
+
+
+def checked_rotation(orientation: ArrayLike) -> FloatArray:
+    """Return a copy of a rotation matrix, shape (3, 3), contiguous.
+
+    Raises
+    ------
+    InputError
+        Another shape, not orthogonal to 1e-6, or a mirror.
+    """
+    R = np.array(orientation, dtype=np.float64, order="C")
+    if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6):
+        raise InputError("an orientation is a 3 x 3 rotation matrix")
+    if np.linalg.det(R) < 0:
+        raise InputError(
+            "an orientation is a 3 x 3 rotation matrix, which must not mirror: its determinant is"
+            " negative"
+        )
+    return R

@@ -19,6 +19,7 @@ from armsyn.ik import optimiser_settings
 from armsyn.kernels import rollout as kernels
 from armsyn.kernels.rollout import Synergies, Task, Timing
 from armsyn.kinematics import SerialChain
+from armsyn.kinematics.rotation import checked_rotation
 
 FloatArray = NDArray[np.float64]
 
@@ -148,7 +149,7 @@ class Controller:
         position = np.asarray(target, dtype=np.float64)
         if position.shape != (3,) or not np.isfinite(position).all():
             raise InputError(f"a target is 3 finite numbers of metres, got {position.tolist()}")
-        wanted = np.empty((0, 0)) if orientation is None else _checked_rotation(orientation)
+        wanted = np.empty((0, 0)) if orientation is None else checked_rotation(orientation)
         path = np.empty((frames, self.chain.dof))
         path[0] = self.chain.checked_posture(start)
         positions = np.empty((frames, self.chain.dof + 1, 3))
@@ -181,10 +182,3 @@ class Controller:
         tip = self.chain.forward(posture).orientations[-1]
         kernels.task_error(np.zeros(3), wanted, np.zeros(3), tip, dX)
         return float(np.linalg.norm(dX[3:]))
-
-
-def _checked_rotation(orientation: ArrayLike) -> FloatArray:
-    R = np.array(orientation, dtype=np.float64, order="C")
-    if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0:
-        raise InputError("an orientation is a 3 x 3 rotation matrix")
-    return R
