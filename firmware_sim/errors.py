@@ -4,6 +4,11 @@
 
     SimulatorError                 never raised itself
     +-- RigError (ValueError)      exit 2: which servos to simulate
+    +-- PlantError (ValueError)    exit 2: the plant asked for cannot be had
+    +-- FaultError (ValueError)    exit 2: a fault, scenario or seed that makes no sense
+    +-- StateFileError (ValueError) exit 2: a state file that is not one, or of other servos
+    +-- ControlError               exit 2: no simulator to be reached by its control file
+    +-- OutputError                exit 2: a file to be written cannot be made
     +-- LinkTakenError             exit 2: the name for the port exists already
     +-- SimulatorStartError        the simulator's process did not offer a port
 
@@ -44,6 +49,72 @@ class RigError(SimulatorError, ValueError):
         self.file = file
         self.table = table
         self.field = field
+
+
+class PlantError(SimulatorError, ValueError):
+    """The physics asked for cannot be had: no model of the arm, or MuJoCo is not installed."""
+
+    exit_status = 2
+
+
+class FaultError(SimulatorError, ValueError):
+    """A fault or a scenario makes no sense.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    file : str
+        The scenario that says so; empty for the command line and the control socket.
+    """
+
+    exit_status = 2
+
+    def __init__(self, message: str, file: str = "") -> None:
+        super().__init__(message)
+        self.file = file
+
+
+class StateFileError(SimulatorError, ValueError):
+    """A state file is malformed, or belongs to other servos.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    file : str
+        The file.
+    """
+
+    exit_status = 2
+
+    def __init__(self, message: str, file: str) -> None:
+        super().__init__(message)
+        self.file = file
+
+
+class ControlError(SimulatorError):
+    """No running simulator can be reached through a control file, or it refused."""
+
+    exit_status = 2
+
+
+class OutputError(SimulatorError):
+    """A file to be written cannot be made.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    path : str
+        The file.
+    """
+
+    exit_status = 2
+
+    def __init__(self, message: str, path: str) -> None:
+        super().__init__(message)
+        self.path = path
 
 
 class LinkTakenError(SimulatorError):
