@@ -40,6 +40,14 @@ class Memory:
             if register.area is area:
                 self.store(register.name, register.default)
 
+    def values(self, area: Area) -> dict[str, int]:
+        """Return what all registers of one area hold, by name."""
+        return {
+            register.name: self.value(register.name)
+            for register in self.table.registers
+            if register.area is area
+        }
+
     def value(self, name: str) -> int:
         """Return what the register of this name holds, with its sign."""
         value: int = self._readers[name]()[0]

@@ -7,6 +7,9 @@ with a result fail after a shutdown.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from firmware_sim.actuator import Actuator
 from firmware_sim.codes import ALERT, TORQUE_ON_BY_GOAL, HardwareError, StatusError
 from firmware_sim.control_table import Area
@@ -19,6 +22,18 @@ from firmware_sim.watchdog import BusWatchdog
 
 BOOT_TIME = 0.1
 """How long a servo is deaf after a reboot, s. Not published; drivers in use wait 0.1 to 0.5 s."""
+
+CLEAR_MULTI_TURN = bytes((0x01, 0x44, 0x58, 0x4C, 0x22))
+"""Parameters of the instruction clear that reset the turns of Present Position."""
+
+MAX_ID = 252
+"""Highest ID; a higher secondary ID means none."""
+
+_PROTOCOL_1_BITS = {
+    HardwareError.INPUT_VOLTAGE: 0x01,
+    HardwareError.OVERHEATING: 0x04,
+    HardwareError.OVERLOAD: 0x20,
+}
 
 _RETURN_DELAY_UNIT = 2.0e-6
 
@@ -59,6 +74,9 @@ class Servo:
         voltage = supply_voltage or model.motor.nominal_voltage
         self.actuator = Actuator(model, self.memory, start_tick, voltage)
         self._watchdog = BusWatchdog(self.memory)
+        self._backup: dict[str, int] | None = None
+        self.silenced = False
+        """Whether it hears nothing and says nothing, as one whose cable has come loose."""
         self._registered: tuple[int, bytes] | None = None
         self._epoch = self._now = when
         self._steps = 0
@@ -76,13 +94,28 @@ class Servo:
 
     @property
     def hears(self) -> bool:
-        """Whether it has booted."""
-        return self._now >= self._deaf_until
+        """Whether it has booted and is not cut off."""
+        return self._now >= self._deaf_until and not self.silenced
+
+    @property
+    def error_bits(self) -> int:
+        """The error byte of protocol 1.0, without the bits that speak of the instruction."""
+        status = self.memory.value("Hardware Error Status")
+        return sum(bit for error, bit in _PROTOCOL_1_BITS.items() if status & error)
+
+    @property
+    def watchdog_deadline(self) -> float | None:
+        """When its bus watchdog expires unless it is fed, s; None while it does not watch."""
+        return self._watchdog.deadline()
+
+    def feed(self, when: float) -> None:
+        """Tell its bus watchdog of an instruction, at a time in s."""
+        self._watchdog.feed(when)
 
     def notice_instruction(self, when: float) -> None:
         """Bring it to `when` (s) and feed its bus watchdog."""
         self.advance(when)
-        self._watchdog.feed(when)
+        self.feed(when)
 
     def read(self, address: int, size: int) -> tuple[StatusError, bytes]:
         """Return registers' bytes as of the time it was brought to.
@@ -162,6 +195,52 @@ class Servo:
             self.memory.store(name, value)
         self.reboot()
 
+    def power_cycle(self, off_for: float = 0.0) -> None:
+        """Take its supply away for a time in s; it boots when that returns."""
+        self._boot(off_for + BOOT_TIME)
+
+    def clear(self, option: bytes) -> StatusError:
+        """Clear the turns counted in Present Position; a result fail while it moves."""
+        if option != CLEAR_MULTI_TURN:
+            return StatusError.DATA_RANGE
+        if self.actuator.drive.under_way:
+            return StatusError.RESULT_FAIL
+        self.actuator.frame.fold(self.actuator.drive.motor.angle)
+        return StatusError.NONE
+
+    def backup(self) -> StatusError:
+        """Keep a copy of the control table; a result fail with the torque on."""
+        if self.memory.value("Torque Enable"):
+            return StatusError.RESULT_FAIL
+        self._backup = self.memory.values(Area.EEPROM)
+        return StatusError.NONE
+
+    def restore(self) -> StatusError:
+        """Put the copy back; a result fail with the torque on, or without a copy."""
+        if self._backup is None or self.memory.value("Torque Enable"):
+            return StatusError.RESULT_FAIL
+        for name, value in self._backup.items():
+            self.memory.store(name, value)
+        self._take_settings()
+        return StatusError.NONE
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return what survives without power, as a JSON document: EEPROM, backup, angle."""
+        return {
+            "model": self.model.name,
+            "eeprom": self.memory.values(Area.EEPROM),
+            "backup": self._backup,
+            "angle": self.actuator.drive.motor.angle,
+        }
+
+    def restore_snapshot(self, snapshot: Mapping[str, Any]) -> None:
+        """Take over what `snapshot` returned, and boot."""
+        for name, value in snapshot["eeprom"].items():
+            self.memory.store(name, value)
+        self._backup = snapshot["backup"]
+        self.actuator.drive.motor.angle = snapshot["angle"]
+        self._boot(deaf_for=0.0)
+
     def advance(self, when: float) -> None:
         """Bring it to a time, s; a past one changes nothing."""
         deadline = self._watchdog.deadline()
@@ -210,6 +289,9 @@ class Servo:
         self.baud_rate = self.model.baud_rates[value("Baud Rate")]
         self.return_delay = value("Return Delay Time") * _RETURN_DELAY_UNIT
         self.status_return_level = value("Status Return Level")
+        secondary = value("Secondary(Shadow) ID")
+        self.secondary_id = secondary if secondary <= MAX_ID else None
+        self.protocol = value("Protocol Type")
 
     def _boot(self, deaf_for: float) -> None:
         self.memory.store("Model Number", self.model.number)

@@ -78,7 +78,7 @@ MODEL = ServoModel(
     number=1200,
     firmware=52,
     table=_TABLE,
-    baud_rates=X_BAUD_RATES[:7],
+    baud_rates={code: rate for code, rate in X_BAUD_RATES.items() if code < 7},
     drive_mode_bits=0b1101,
     current_unit=1.0e-3,
     motor=MotorData(
@@ -88,4 +88,7 @@ MODEL = ServoModel(
         no_load_speed=103.0,
         inertia=0.00048,
     ),
+    last_firmware=52,
+    backup_from=46,
+    fast_from=46,
 )

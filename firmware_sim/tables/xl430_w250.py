@@ -10,7 +10,7 @@ It has no current sensing: 126 is Present Load, and there is no Current Limit or
 from __future__ import annotations
 
 from firmware_sim.control_table import ControlTable, indirect_rows, row
-from firmware_sim.model import X_BAUD_RATES, MotorData, ServoModel
+from firmware_sim.model import MODES_WITHOUT_CURRENT, X_BAUD_RATES, MotorData, ServoModel
 
 _TABLE = ControlTable(
     [
@@ -85,4 +85,8 @@ MODEL = ServoModel(
         no_load_speed=61.0,
         inertia=0.0023,
     ),
+    protocols=frozenset((1, 2)),
+    operating_modes=MODES_WITHOUT_CURRENT,
+    backup_from=45,
+    fast_from=45,
 )

@@ -90,4 +90,7 @@ MODEL = ServoModel(
         no_load_speed=46.0,
         inertia=0.0085,
     ),
+    protocols=frozenset((1, 2)),
+    backup_from=45,
+    fast_from=45,
 )

@@ -95,4 +95,7 @@ MODEL = ServoModel(
         no_load_speed=30.0,
         inertia=0.034,
     ),
+    protocols=frozenset((1, 2)),
+    backup_from=45,
+    fast_from=45,
 )
