@@ -1,0 +1,1 @@
+"""Motors, gears, heat and control loops of all servos, advanced together by compiled code."""

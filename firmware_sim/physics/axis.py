@@ -1,0 +1,374 @@
+"""One driven shaft as the firmware sees it: sensors to read, commands to give.
+
+All axes of a simulation lie in one array of numbers (`kernel` names its columns), which compiled
+code advances; an `Axis` reads and writes one row of it through a memoryview, which hands out plain
+floats several times faster than numpy does. SI units at the horn, counter-clockwise positive.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from firmware_sim.physics import kernel as k
+from firmware_sim.physics.motor_data import MotorData
+from firmware_sim.physics.profile import Profile, ProfileType
+
+_NEARLY_STANDING = 0.02
+"""Share of the no-load speed below which a shaft nearly stands (for overload); chosen."""
+
+_KINDS = {float(kind): kind for kind in ProfileType}
+
+
+class Axes:
+    """All axes of a simulation.
+
+    Parameters
+    ----------
+    count : int
+        How many.
+
+    Attributes
+    ----------
+    state : ndarray of float, shape (count, kernel.COLUMNS)
+        What is known of each.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.state = np.zeros((count, k.COLUMNS))
+        self._axes = [Axis(memoryview(row)) for row in self.state]  # type: ignore[arg-type]
+
+    def __len__(self) -> int:
+        return len(self._axes)
+
+    def __getitem__(self, index: int) -> Axis:
+        return self._axes[index]
+
+    def __iter__(self) -> Iterator[Axis]:
+        return iter(self._axes)
+
+
+class Axis:
+    """One axis; `configure` comes first.
+
+    Parameters
+    ----------
+    row : memoryview of float
+        Its row of the state.
+    """
+
+    __slots__ = ("_row",)
+
+    def __init__(self, row: memoryview[float]) -> None:
+        self._row = row
+
+    # Sensors.
+
+    @property
+    def angle(self) -> float:
+        """Of the horn, rad, over all turns."""
+        return self._row[k.ANGLE]
+
+    @property
+    def ticks(self) -> int:
+        """The angle as the encoder counts it, over all turns."""
+        return int(self._row[k.TICKS])
+
+    @property
+    def velocity(self) -> float:
+        """Of the horn, rad/s."""
+        return self._row[k.SPEED]
+
+    @property
+    def current(self) -> float:
+        """Through the winding, mean of the last step, A."""
+        return self._row[k.AMPERES]
+
+    @property
+    def duty(self) -> float:
+        """Of the PWM, -1 to 1."""
+        return self._row[k.EFFORT]
+
+    @property
+    def temperature(self) -> float:
+        """Of the winding, degrees Celsius."""
+        return self._row[k.TEMPERATURE]
+
+    @property
+    def voltage(self) -> float:
+        """At the terminals, V."""
+        return self._row[k.VOLTAGE]
+
+    @property
+    def reference(self) -> float:
+        """Angle of the trajectory, rad; the horn's own where there is none."""
+        return self._row[k.REFERENCE]
+
+    @property
+    def reference_velocity(self) -> float:
+        """Velocity of the trajectory, rad/s."""
+        return self._row[k.REFERENCE_SPEED]
+
+    @property
+    def reference_goal(self) -> float:
+        """Where the trajectory ends, rad."""
+        return self._row[k.GOAL]
+
+    @property
+    def under_way(self) -> bool:
+        """Whether a profile or a ramp of the velocity is in progress."""
+        return self._row[k.UNDER_WAY] != 0.0
+
+    @property
+    def kind(self) -> ProfileType:
+        """Shape of the last profile."""
+        return _KINDS[self._row[k.KIND]]
+
+    @property
+    def saturated_for(self) -> float:
+        """For how long duty or current have been at their caps while it nearly stands, s."""
+        return self._row[k.SATURATED_FOR]
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing will move until the next command."""
+        return self._row[k.SETTLED] != 0.0
+
+    @property
+    def torque_on(self) -> bool:
+        """Whether the motor is driven."""
+        return self._row[k.MODE] != k.OFF
+
+    @property
+    def relative_torque(self) -> float:
+        """Torque of the motor over its stall torque at nominal voltage."""
+        return self._row[k.AMPERES] / self._row[k.STALL_CURRENT]
+
+    # Commands.
+
+    def configure(
+        self,
+        motor: MotorData,
+        encoder_step: float,
+        supply_voltage: float,
+        start_angle: float = 0.0,
+        supply: int = 0,
+    ) -> None:
+        """Make it a new axis: at rest, torque off, at the temperature of the air.
+
+        Parameters
+        ----------
+        motor : MotorData
+            Its data sheet.
+        encoder_step : float
+            Angle of one count of the encoder, rad.
+        supply_voltage : float
+            Without current, V.
+        start_angle : float
+            Of the horn, rad.
+        supply : int
+            Which of the plant's supplies it hangs on.
+        """
+        row = self._row
+        for column in range(k.COLUMNS):
+            row[column] = 0.0
+        _fit_motor(row, motor)
+        row[k.ENCODER_STEP] = encoder_step
+        row[k.SOURCE] = row[k.VOLTAGE] = supply_voltage
+        row[k.SUPPLY] = float(supply)
+        row[k.ANGLE] = row[k.MOTOR_ANGLE] = start_angle
+        row[k.REFERENCE] = row[k.LAST_REFERENCE] = row[k.GOAL] = start_angle
+        row[k.TICKS] = float(math.floor(start_angle / encoder_step + 0.5))
+        row[k.TEMPERATURE] = k.AMBIENT_TEMPERATURE
+        row[k.DUTY_CAP] = row[k.FRICTION_FACTOR] = 1.0
+        row[k.CURRENT_CAP] = math.inf
+
+    def release(self) -> None:
+        """Switch the torque off: the gears run down, and a load can turn them."""
+        self._enter(k.OFF)
+        self._row[k.EFFORT] = self._row[k.AMPERES] = 0.0
+        self._row[k.REFERENCE_SPEED] = 0.0
+
+    def hold(self) -> None:
+        """Switch the torque on, or stop: position control where the encoder sees the horn."""
+        row = self._row
+        self._enter(k.POSITION)
+        angle = row[k.TICKS] * row[k.ENCODER_STEP]
+        row[k.GOAL] = row[k.REFERENCE] = row[k.LAST_REFERENCE] = angle
+        row[k.REFERENCE_SPEED] = row[k.INTEGRAL] = 0.0
+        row[k.KIND] = float(ProfileType.STEP)
+
+    def follow(self, profile: Profile) -> None:
+        """Start on a profile under position control, from this moment on."""
+        if self._row[k.MODE] != k.POSITION:
+            self.hold()
+        self._lead(profile)
+
+    def drive_compliance(
+        self,
+        profile: Profile,
+        margins: tuple[float, float],
+        slopes: tuple[float, float],
+        punch: float,
+    ) -> None:
+        """Start on a profile, pushed towards it the way of the AX series.
+
+        Within the margin nothing pushes; outside it the duty begins with the punch and grows with
+        the slope (e-Manual, "Compliance Margin", "Compliance Slope", "Punch").
+
+        Parameters
+        ----------
+        profile : Profile
+            The trajectory.
+        margins : (float, float)
+            Where it pushes counter-clockwise, and clockwise, rad.
+        slopes : (float, float)
+            The same, duty per rad.
+        punch : float
+            Duty at the edge of the margin.
+        """
+        row = self._row
+        if row[k.MODE] != k.COMPLIANCE:
+            self.hold()
+            row[k.MODE] = k.COMPLIANCE
+        row[k.MARGIN_UP], row[k.MARGIN_DOWN] = margins
+        row[k.SLOPE_UP], row[k.SLOPE_DOWN] = slopes
+        row[k.PUNCH] = punch
+        self._lead(profile)
+
+    def drive_velocity(self, speed: float, acceleration: float = 0.0) -> None:
+        """Turn with a speed, rad/s, reached with an acceleration, rad/s^2 (0: at once)."""
+        row = self._row
+        if row[k.MODE] != k.VELOCITY:
+            self._enter(k.VELOCITY)
+            row[k.INTEGRAL] = 0.0
+            row[k.REFERENCE_SPEED] = row[k.SPEED]
+        row[k.TARGET] = speed
+        row[k.RAMP] = acceleration
+        at_once = acceleration <= 0.0
+        row[k.KIND] = float(ProfileType.STEP if at_once else ProfileType.TRAPEZOIDAL)
+        row[k.UNDER_WAY] = float(not at_once and row[k.REFERENCE_SPEED] != speed)
+        row[k.SETTLED] = 0.0
+
+    def drive_current(self, amperes: float) -> None:
+        """Send a current through the winding, as far as the voltage allows, A."""
+        self._drive(k.CURRENT, amperes)
+
+    def drive_duty(self, duty: float) -> None:
+        """Put out a duty of the PWM, -1 to 1."""
+        self._drive(k.DUTY, duty)
+
+    def set_position_gains(
+        self, p: float, i: float = 0.0, d: float = 0.0, ff1: float = 0.0, ff2: float = 0.0
+    ) -> None:
+        """Set the gains of position control.
+
+        Parameters
+        ----------
+        p : float
+            Duty per rad of error.
+        i : float
+            Duty per rad of error and control period.
+        d : float
+            Duty per rad by which the error changes within a control period.
+        ff1, ff2 : float
+            Duty per rad/s and per rad/s^2 of the trajectory.
+        """
+        row = self._row
+        row[k.POSITION_P], row[k.POSITION_I], row[k.POSITION_D] = p, i, d
+        row[k.FEEDFORWARD_1], row[k.FEEDFORWARD_2] = ff1, ff2
+        row[k.SETTLED] = 0.0
+
+    def set_velocity_gains(self, p: float, i: float) -> None:
+        """Set the gains of velocity control: duty per rad/s, and per rad/s and control period."""
+        self._row[k.VELOCITY_P], self._row[k.VELOCITY_I] = p, i
+        self._row[k.SETTLED] = 0.0
+
+    def set_caps(self, duty: float = 1.0, current: float = math.inf) -> None:
+        """Cap the duty (0 to 1) and the current (A; none in modes without current control)."""
+        self._row[k.DUTY_CAP], self._row[k.CURRENT_CAP] = duty, current
+        self._row[k.SETTLED] = 0.0
+
+    def apply_load(self, torque: float) -> None:
+        """Load the horn with an external torque against the positive direction, N m."""
+        self._set(k.LOAD, torque)
+
+    def set_supply(self, voltage: float) -> None:
+        """Change the voltage of its supply without current, V, for this axis alone."""
+        self._set(k.SOURCE, voltage)
+        self._row[k.VOLTAGE] = voltage
+
+    # Faults.
+
+    def jam(self, on: bool) -> None:
+        """Block the horn, or free it."""
+        self._set(k.JAMMED, float(on))
+
+    def stick_encoder(self, on: bool) -> None:
+        """Let the encoder count no more, or count again."""
+        self._set(k.ENCODER_STUCK, float(on))
+
+    def set_friction(self, factor: float) -> None:
+        """Multiply the friction of the gears; 1 is as new."""
+        self._set(k.FRICTION_FACTOR, factor)
+
+    def _set(self, column: int, value: float) -> None:
+        self._row[column] = value
+        self._row[k.SETTLED] = 0.0
+
+    def _enter(self, mode: int) -> None:
+        row = self._row
+        row[k.MODE] = mode
+        row[k.UNDER_WAY] = row[k.SATURATED_FOR] = row[k.SETTLED] = 0.0
+        row[k.REFERENCE_ACCELERATION] = 0.0
+
+    def _drive(self, mode: int, target: float) -> None:
+        if self._row[k.MODE] != mode:
+            self._enter(mode)
+        self._set(k.TARGET, target)
+
+    def _lead(self, profile: Profile) -> None:
+        row = self._row
+        row[k.GOAL] = profile.goal
+        row[k.KIND] = float(profile.kind)
+        row[k.ELAPSED] = row[k.SETTLED] = 0.0
+        row[k.DURATION] = profile.duration
+        row[k.PIECES] = float(len(profile.pieces))
+        row[k.UNDER_WAY] = float(profile.duration > 0.0)
+        column = k.PIECE_1
+        for piece in profile.pieces:
+            for value in piece:
+                row[column] = value
+                column += 1
+        if profile.duration <= 0.0:
+            row[k.REFERENCE] = profile.goal
+            row[k.REFERENCE_SPEED] = row[k.REFERENCE_ACCELERATION] = 0.0
+
+
+def _fit_motor(row: memoryview[float], motor: MotorData) -> None:
+    """Put a data sheet's figures into the columns of the motor.
+
+    Torque is the current's alone, so that the stall current gives the stall torque; the back-EMF is
+    such that the losses of the gears leave the no-load speed at the nominal voltage.
+    """
+    speed = motor.no_load_speed * 2.0 * math.pi / 60.0
+    resistance = motor.nominal_voltage / motor.stall_current
+    torque_constant = motor.stall_torque / motor.stall_current
+    lost = motor.friction + motor.drag
+    back_emf = motor.nominal_voltage * (1.0 - lost) / speed
+    drag = motor.drag * motor.stall_torque / speed
+    row[k.STALL_CURRENT] = motor.stall_current
+    row[k.RESISTANCE] = resistance
+    row[k.TORQUE_CONSTANT] = torque_constant
+    row[k.BACK_EMF] = back_emf
+    row[k.INERTIA] = motor.inertia
+    row[k.DRAG] = drag
+    row[k.FRICTION] = motor.friction * motor.stall_torque
+    row[k.BACKLASH] = motor.backlash
+    row[k.DRIVEN_LAG] = motor.inertia / (torque_constant * back_emf / resistance + drag)
+    row[k.FREE_LAG] = motor.inertia / max(drag, 1e-9)
+    row[k.DRIVEN_KEPT] = math.exp(-k.STEP / row[k.DRIVEN_LAG])
+    row[k.FREE_KEPT] = math.exp(-k.STEP / row[k.FREE_LAG])
+    row[k.NEARLY_STANDING] = _NEARLY_STANDING * speed

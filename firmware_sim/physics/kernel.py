@@ -1,0 +1,491 @@
+"""Control loops, motors and heat of all axes, compiled: one call for all axes and many steps.
+
+Everything compiled stands in this one file, so that numba's cache on disk, which compares the file
+only, is never stale. An axis is one row of `state`, whose columns are named below; a supply is one
+row of `supplies`. All is in SI units at the horn, counter-clockwise positive.
+
+The winding has no inductance: current is what the voltage and the back-EMF leave over,
+
+    i = (u V - ke w) / R,    J dw/dt = kt i - b w - T - Tf sign(w)
+
+with duty u, voltage at the terminals V, speed w, load T, drag b and Coulomb friction Tf. Within a
+step of 1 ms u, V and T are constant, so w is an exponential, and a step is exact; where w passes
+through zero the step is cut there, and the gears stick unless the torque beats static friction.
+
+Loops: e-Manual, "Position PID Gain(80, 82, 84)", "Velocity PI Gain(76, 78)" and "Goal Current"
+for their block diagrams; the gains contain the control period, as the manual says of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+STEP = 1.0e-3
+"""Length of one step of physics and of the control loops, s."""
+
+AMBIENT_TEMPERATURE = 25.0
+"""Of the air, degrees Celsius."""
+
+THERMAL_RESISTANCE = 8.0
+"""Winding to air, K/W. No data sheet has it: chosen so that a fifth of the stall current, which the
+maker calls the rating for continuous use, warms an XM430-W350 by about 9 K."""
+
+THERMAL_TIME = 240.0
+"""Time constant of warming, s; chosen, see `THERMAL_RESISTANCE`."""
+
+STATIC_FRICTION = 1.2
+"""Static over Coulomb friction of the gears; chosen."""
+
+FULL_EFFORT = 0.98
+"""Share of its cap at which duty or current counts as full effort; chosen."""
+
+# Modes of control.
+OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
+
+# Columns of `state`: what is sensed, ...
+(
+    ANGLE,  # of the horn, rad
+    SPEED,  # of the horn, rad/s
+    AMPERES,  # through the winding, mean of the last step, A
+    EFFORT,  # duty of the PWM, -1 to 1
+    TEMPERATURE,  # of the winding, degrees Celsius
+    VOLTAGE,  # at the terminals, V
+    TICKS,  # of the encoder, over all turns
+    REFERENCE,  # trajectory: rad, rad/s, rad/s^2
+    REFERENCE_SPEED,
+    REFERENCE_ACCELERATION,
+    GOAL,  # where the trajectory ends, rad
+    UNDER_WAY,  # 1 while a profile is in progress
+    KIND,  # its shape, a ProfileType
+    SATURATED_FOR,  # s of full effort while nearly standing
+    SETTLED,  # 1 when nothing will move until the next command
+    MODE,
+    # ... what is commanded, ...
+    TARGET,  # duty, A or rad/s, by the mode
+    RAMP,  # acceleration of the velocity trajectory, rad/s^2; 0 for none
+    DUTY_CAP,
+    CURRENT_CAP,
+    POSITION_P,  # duty per rad
+    POSITION_I,  # duty per rad and step
+    POSITION_D,  # duty per rad of change within a step
+    FEEDFORWARD_1,  # duty per rad/s
+    FEEDFORWARD_2,  # duty per rad/s^2
+    VELOCITY_P,  # duty per rad/s
+    VELOCITY_I,  # duty per rad/s and step
+    MARGIN_UP,  # compliance where it pushes counter-clockwise, rad, duty per rad
+    SLOPE_UP,
+    MARGIN_DOWN,  # and clockwise
+    SLOPE_DOWN,
+    PUNCH,  # duty at the edge of the margin
+    LOAD,  # external torque against the positive direction, N m
+    SOURCE,  # voltage of the supply without current, V
+    JAMMED,  # 1 when the horn cannot move
+    ENCODER_STUCK,  # 1 when the encoder counts no more
+    FRICTION_FACTOR,
+    # ... the profile: how long it runs, and its pieces, ...
+    ELAPSED,
+    DURATION,
+    PIECES,  # how many
+    PIECE_1,  # begin, position, velocity, acceleration
+    _PIECE_1B,
+    _PIECE_1C,
+    _PIECE_1D,
+    PIECE_2,
+    _PIECE_2B,
+    _PIECE_2C,
+    _PIECE_2D,
+    PIECE_3,
+    _PIECE_3B,
+    _PIECE_3C,
+    _PIECE_3D,
+    # ... what the loops remember, ...
+    INTEGRAL,  # duty
+    LAST_REFERENCE,
+    LAST_SPEED,
+    LAST_DUTY,
+    # ... the motor, ...
+    MOTOR_ANGLE,  # before the backlash, rad
+    MOTOR_SPEED,
+    STALL_CURRENT,  # at nominal voltage, A
+    RESISTANCE,  # of the winding, ohm
+    TORQUE_CONSTANT,  # N m/A
+    BACK_EMF,  # V per rad/s
+    INERTIA,  # kg m^2
+    DRAG,  # N m per rad/s
+    FRICTION,  # N m
+    BACKLASH,  # rad
+    ENCODER_STEP,  # rad
+    DRIVEN_LAG,  # time constant of the speed, s, and what a step leaves of a deviation
+    DRIVEN_KEPT,
+    FREE_LAG,
+    FREE_KEPT,
+    NEARLY_STANDING,  # rad/s
+    SUPPLY,  # which row of `supplies`
+    COLUMNS,
+) = range(74)
+
+# Columns of `supplies`: resistance of the source, sums over its axes, sag.
+SOURCE_RESISTANCE, _PULL, _CONDUCTANCE, SAG, SUPPLY_COLUMNS = range(5)
+
+_NO_VOLTAGE = 1.0e-3
+"""What loops divide by at least, V."""
+
+_WARMING = 1.0 - math.exp(-STEP / THERMAL_TIME)
+
+
+def _compiled(function: Function) -> Function:
+    try:
+        compiled = numba.njit(cache=True, error_model="numpy")(function)
+    except RuntimeError:
+        # No directory for the cache can be written (an installation without a home): numba
+        # refuses to decorate at all then. Compiling anew at each start is slower, not wrong.
+        compiled = numba.njit(cache=False, error_model="numpy")(function)
+    return cast(Function, compiled)
+
+
+@_compiled
+def _follow_profile(x: FloatArray) -> None:
+    """Bring the trajectory of position on by one step."""
+    elapsed = x[ELAPSED] + STEP
+    x[ELAPSED] = elapsed
+    if elapsed >= x[DURATION]:
+        x[UNDER_WAY] = 0.0
+        x[REFERENCE] = x[GOAL]
+        x[REFERENCE_SPEED] = 0.0
+        x[REFERENCE_ACCELERATION] = 0.0
+        return
+    piece = PIECE_1
+    for k in range(1, int(x[PIECES])):
+        if elapsed >= x[PIECE_1 + 4 * k]:
+            piece = PIECE_1 + 4 * k
+    since = elapsed - x[piece]
+    speed = x[piece + 2]
+    acceleration = x[piece + 3]
+    x[REFERENCE] = x[piece + 1] + (speed + 0.5 * acceleration * since) * since
+    x[REFERENCE_SPEED] = speed + acceleration * since
+    x[REFERENCE_ACCELERATION] = acceleration
+
+
+@_compiled
+def _measured_angle(x: FloatArray) -> float:
+    return float(x[TICKS] * x[ENCODER_STEP])
+
+
+@_compiled
+def _measured_speed(x: FloatArray) -> float:
+    return 0.0 if x[ENCODER_STUCK] else float(x[SPEED])
+
+
+@_compiled
+def _integrated(x: FloatArray, increment: float, rest: float, low: float, high: float) -> float:
+    """Return the integral after a sum of the error, unless that pushes a full output further."""
+    total = x[INTEGRAL] + increment
+    output = rest + total
+    if low < output < high or (output >= high) != (increment > 0.0):
+        x[INTEGRAL] = total
+    return float(x[INTEGRAL])
+
+
+@_compiled
+def _position_loop(x: FloatArray, low: float, high: float) -> float:
+    """Return the duty of PID controller and feed-forward."""
+    if x[UNDER_WAY]:
+        _follow_profile(x)
+    reference = x[REFERENCE]
+    error = reference - _measured_angle(x)
+    change = reference - x[LAST_REFERENCE] - _measured_speed(x) * STEP
+    x[LAST_REFERENCE] = reference
+    duty = (
+        x[POSITION_P] * error
+        + x[POSITION_D] * change
+        + x[FEEDFORWARD_1] * x[REFERENCE_SPEED]
+        + x[FEEDFORWARD_2] * x[REFERENCE_ACCELERATION]
+    )
+    if x[POSITION_I]:
+        duty += _integrated(x, x[POSITION_I] * error, duty, low, high)
+    return float(duty)
+
+
+@_compiled
+def _velocity_loop(x: FloatArray, low: float, high: float) -> float:
+    """Return the duty of the PI controller along a ramp to the goal."""
+    way = x[TARGET] - x[REFERENCE_SPEED]
+    ramp = x[RAMP] * STEP
+    if ramp > 0.0 and abs(way) > ramp:
+        x[REFERENCE_ACCELERATION] = math.copysign(x[RAMP], way)
+        x[REFERENCE_SPEED] += math.copysign(ramp, way)
+        x[UNDER_WAY] = 1.0
+    else:
+        x[REFERENCE_ACCELERATION] = 0.0
+        x[REFERENCE_SPEED] = x[TARGET]
+        x[UNDER_WAY] = 0.0
+    error = x[REFERENCE_SPEED] - _measured_speed(x)
+    duty = x[VELOCITY_P] * error
+    if x[VELOCITY_I]:
+        duty += _integrated(x, x[VELOCITY_I] * error, duty, low, high)
+    return float(duty)
+
+
+@_compiled
+def _compliance(x: FloatArray) -> float:
+    """Return the duty that margin, punch and slope make of the error on its side."""
+    if x[UNDER_WAY]:
+        _follow_profile(x)
+    error = x[REFERENCE] - _measured_angle(x)
+    if error > x[MARGIN_UP]:
+        return float(x[PUNCH] + (error - x[MARGIN_UP]) * x[SLOPE_UP])
+    if error < -x[MARGIN_DOWN]:
+        return float((error + x[MARGIN_DOWN]) * x[SLOPE_DOWN] - x[PUNCH])
+    return 0.0
+
+
+@_compiled
+def _is_at_cap(x: FloatArray, duty: float, low: float, high: float) -> bool:
+    """Whether the loop asks for all that its caps allow, and they allow something."""
+    if x[MODE] == CURRENT and abs(x[TARGET]) >= FULL_EFFORT * x[CURRENT_CAP]:
+        return bool(x[TARGET] != 0.0)
+    if duty > 0.0:
+        return duty >= FULL_EFFORT * high
+    return duty < 0.0 and duty <= FULL_EFFORT * low
+
+
+@_compiled
+def _control(x: FloatArray) -> None:
+    """Run an axis' control loop for one step: leaves a duty in EFFORT."""
+    mode = x[MODE]
+    x[LAST_DUTY] = x[EFFORT]
+    if mode == OFF:
+        x[EFFORT] = 0.0
+        x[SATURATED_FOR] = 0.0
+        return
+    cap = x[DUTY_CAP]
+    low, high = -cap, cap
+    speed = x[MOTOR_SPEED]
+    # The back-EMF half a step ahead, so that the mean current of a step is what is asked for.
+    back_emf = x[BACK_EMF] * (speed + 0.5 * (speed - x[LAST_SPEED]))
+    x[LAST_SPEED] = speed
+    voltage = max(x[VOLTAGE], _NO_VOLTAGE)
+    if x[CURRENT_CAP] < math.inf:
+        drop = x[RESISTANCE] * x[CURRENT_CAP]
+        low = max(low, min(cap, (back_emf - drop) / voltage))
+        high = min(high, max(-cap, (back_emf + drop) / voltage))
+    if mode == POSITION:
+        duty = _position_loop(x, low, high)
+    elif mode == VELOCITY:
+        duty = _velocity_loop(x, low, high)
+    elif mode == CURRENT:
+        duty = (x[RESISTANCE] * x[TARGET] + back_emf) / voltage
+    elif mode == COMPLIANCE:
+        duty = _compliance(x)
+    else:
+        duty = x[TARGET]
+    if _is_at_cap(x, duty, low, high) and abs(speed) < x[NEARLY_STANDING]:
+        x[SATURATED_FOR] += STEP
+    else:
+        x[SATURATED_FOR] = 0.0
+    x[EFFORT] = max(low, min(high, duty))
+
+
+@_compiled
+def _add_draw(x: FloatArray, supplies: FloatArray) -> None:
+    """Add what an axis draws from its supply to the sums that the sag follows from."""
+    duty = x[EFFORT]
+    supply = int(x[SUPPLY])
+    share = duty / x[RESISTANCE]
+    supplies[supply, _PULL] += share * (duty * x[SOURCE] - x[BACK_EMF] * x[MOTOR_SPEED])
+    supplies[supply, _CONDUCTANCE] += share * duty
+
+
+@_compiled
+def _sag(supplies: FloatArray) -> None:
+    """Solve for the voltage lost in each source: sag = Rs sum of u i, i = (u (E - sag) - ke w)/R.
+
+    A PWM stage passes power on, so that its supply gives the duty times the winding's current.
+    """
+    for k in range(len(supplies)):
+        resistance = supplies[k, SOURCE_RESISTANCE]
+        supplies[k, SAG] = (
+            resistance * supplies[k, _PULL] / (1.0 + resistance * supplies[k, _CONDUCTANCE])
+        )
+        supplies[k, _PULL] = 0.0
+        supplies[k, _CONDUCTANCE] = 0.0
+
+
+@_compiled
+def _turn(x: FloatArray, torque: float, lag: float, kept: float) -> None:
+    """Move a motor for one step under a torque, with the speed-dependent part in `lag`."""
+    friction = x[FRICTION] * x[FRICTION_FACTOR]
+    per_torque = lag / x[INERTIA]
+    speed = x[MOTOR_SPEED]
+    time = STEP
+    way = 0.0
+    if speed != 0.0:
+        final = (torque - math.copysign(friction, speed)) * per_torque
+        surplus = speed - final
+        ahead = final + surplus * kept
+        if ahead * speed > 0.0:
+            x[MOTOR_SPEED] = ahead
+            x[MOTOR_ANGLE] += final * STEP + surplus * lag * (1.0 - kept)
+            return
+        left = -final / surplus  # of the surplus when it stands
+        until = -lag * math.log(left) if left > 0.0 else STEP
+        until = min(until, STEP)
+        way = final * until + surplus * lag * (1.0 - math.exp(-until / lag))
+        time -= until
+    if abs(torque) <= STATIC_FRICTION * friction:
+        x[MOTOR_SPEED] = 0.0
+    else:
+        final = (torque - math.copysign(friction, torque)) * per_torque
+        gone = 1.0 - math.exp(-time / lag)
+        x[MOTOR_SPEED] = final * gone
+        way += final * time - final * lag * gone
+    x[MOTOR_ANGLE] += way
+
+
+@_compiled
+def _carry_horn(x: FloatArray) -> None:
+    """Let the horn follow its motor through the play of the gears, and the encoder the horn."""
+    before = x[ANGLE]
+    half = 0.5 * x[BACKLASH]
+    angle = max(x[MOTOR_ANGLE] - half, min(x[MOTOR_ANGLE] + half, before))
+    x[ANGLE] = angle
+    x[SPEED] = x[MOTOR_SPEED] if angle != before or not half else 0.0
+    if not x[ENCODER_STUCK]:
+        x[TICKS] = math.floor(angle / x[ENCODER_STEP] + 0.5)
+
+
+@_compiled
+def _settle_accounts(x: FloatArray, mean_speed: float) -> None:
+    """Note the mean current of a step, and warm the winding by it."""
+    current = 0.0
+    if x[MODE] != OFF:
+        current = (x[EFFORT] * x[VOLTAGE] - x[BACK_EMF] * mean_speed) / x[RESISTANCE]
+    else:
+        x[REFERENCE] = x[GOAL] = x[LAST_REFERENCE] = x[ANGLE]
+        x[REFERENCE_SPEED] = x[SPEED]
+    x[AMPERES] = current
+    target = AMBIENT_TEMPERATURE + THERMAL_RESISTANCE * x[RESISTANCE] * current * current
+    x[TEMPERATURE] += (target - x[TEMPERATURE]) * _WARMING
+
+
+@_compiled
+def _is_steady(x: FloatArray) -> bool:
+    """Whether the control loop will put out the same again, as long as nothing moves."""
+    if x[UNDER_WAY] or abs(x[EFFORT] - x[LAST_DUTY]) > 1e-12:
+        return False
+    if x[MODE] == POSITION and x[POSITION_I]:
+        return bool(x[REFERENCE] == _measured_angle(x))
+    if x[MODE] == VELOCITY and x[VELOCITY_I]:
+        return bool(x[REFERENCE_SPEED] == 0.0)
+    return True
+
+
+@_compiled
+def _move(x: FloatArray) -> None:
+    """Advance motor, horn and heat by one step of the joint alone."""
+    before = x[MOTOR_ANGLE]
+    stood = x[MOTOR_SPEED] == 0.0
+    if x[JAMMED]:
+        x[MOTOR_SPEED] = 0.0
+    elif x[MODE] == OFF:
+        _turn(x, -x[LOAD], x[FREE_LAG], x[FREE_KEPT])
+    else:
+        stall = x[TORQUE_CONSTANT] * x[EFFORT] * x[VOLTAGE] / x[RESISTANCE]
+        _turn(x, stall - x[LOAD], x[DRIVEN_LAG], x[DRIVEN_KEPT])
+    _carry_horn(x)
+    _settle_accounts(x, (x[MOTOR_ANGLE] - before) / STEP)
+    x[SETTLED] = stood and x[MOTOR_SPEED] == 0.0 and _is_steady(x)
+
+
+@_compiled
+def control(state: FloatArray, supplies: FloatArray) -> None:
+    """Run every axis' control loop for one step and find the voltage that it works from.
+
+    Parameters
+    ----------
+    state : ndarray of float, shape (axes, COLUMNS)
+        Gets new EFFORT and VOLTAGE.
+    supplies : ndarray of float, shape (supplies, SUPPLY_COLUMNS)
+        Gets new SAG.
+    """
+    for i in range(len(state)):
+        x = state[i]
+        if not x[SETTLED]:
+            _control(x)
+        elif x[SATURATED_FOR] > 0.0:
+            x[SATURATED_FOR] += STEP
+        _add_draw(x, supplies)
+    _sag(supplies)
+    for i in range(len(state)):
+        x = state[i]
+        x[VOLTAGE] = x[SOURCE] - supplies[int(x[SUPPLY]), SAG]
+
+
+@_compiled
+def observe(state: FloatArray, angles: FloatArray, speeds: FloatArray) -> None:
+    """Take motors' movement in one step from elsewhere: encoder, current and heat follow.
+
+    Parameters
+    ----------
+    state : ndarray of float, shape (axes, COLUMNS)
+        As `control` left it.
+    angles, speeds : ndarray of float, shape (axes,)
+        Of the motors after the step, before the backlash, rad and rad/s.
+    """
+    for i in range(len(state)):
+        x = state[i]
+        mean_speed = (angles[i] - x[MOTOR_ANGLE]) / STEP
+        x[MOTOR_ANGLE] = angles[i]
+        x[MOTOR_SPEED] = speeds[i]
+        _carry_horn(x)
+        _settle_accounts(x, mean_speed)
+
+
+@_compiled
+def _rest(x: FloatArray, steps: int) -> None:
+    """Let heat and the time at full effort go on where nothing else changes."""
+    current = x[AMPERES]
+    target = AMBIENT_TEMPERATURE + THERMAL_RESISTANCE * x[RESISTANCE] * current * current
+    x[TEMPERATURE] += (target - x[TEMPERATURE]) * (1.0 - math.exp(-steps * STEP / THERMAL_TIME))
+    if x[SATURATED_FOR] > 0.0:
+        x[SATURATED_FOR] += steps * STEP
+
+
+@_compiled
+def _all_settled(state: FloatArray) -> bool:
+    for i in range(len(state)):  # noqa: SIM110 - numba compiles no generator
+        if not state[i, SETTLED]:
+            return False
+    return True
+
+
+@_compiled
+def advance(state: FloatArray, supplies: FloatArray, steps: int) -> None:
+    """Advance independent joints.
+
+    Parameters
+    ----------
+    state : ndarray of float, shape (axes, COLUMNS)
+        Changed in place.
+    supplies : ndarray of float, shape (supplies, SUPPLY_COLUMNS)
+        Changed in place.
+    steps : int
+        Of `STEP` each.
+    """
+    for step in range(steps):
+        if _all_settled(state):
+            for i in range(len(state)):
+                _rest(state[i], steps - step)
+            return
+        control(state, supplies)
+        for i in range(len(state)):
+            _move(state[i])
