@@ -13,13 +13,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from firmware_sim.physics import kernel as k
+from firmware_sim.physics.fitting import fit_motor
 from firmware_sim.physics.motor_data import MotorData
 from firmware_sim.physics.profile import Profile, ProfileType
-
-_NEARLY_STANDING = 0.02
-"""Share of the no-load speed below which a shaft nearly stands (for overload); chosen."""
-
-_KINDS = {float(kind): kind for kind in ProfileType}
+from firmware_sim.physics.sensors import Sensors
 
 
 class Axes:
@@ -49,9 +46,13 @@ class Axes:
     def __iter__(self) -> Iterator[Axis]:
         return iter(self._axes)
 
+    def column(self, column: int) -> k.FloatArray:
+        """Return one of the columns that `kernel` names, of all axes: a view, shape (count,)."""
+        return self.state[:, column]
 
-class Axis:
-    """One axis; `configure` comes first.
+
+class Axis(Sensors):
+    """One axis, sensed and commanded; `configure` comes first.
 
     Parameters
     ----------
@@ -59,94 +60,7 @@ class Axis:
         Its row of the state.
     """
 
-    __slots__ = ("_row",)
-
-    def __init__(self, row: memoryview[float]) -> None:
-        self._row = row
-
-    # Sensors.
-
-    @property
-    def angle(self) -> float:
-        """Of the horn, rad, over all turns."""
-        return self._row[k.ANGLE]
-
-    @property
-    def ticks(self) -> int:
-        """The angle as the encoder counts it, over all turns."""
-        return int(self._row[k.TICKS])
-
-    @property
-    def velocity(self) -> float:
-        """Of the horn, rad/s."""
-        return self._row[k.SPEED]
-
-    @property
-    def current(self) -> float:
-        """Through the winding, mean of the last step, A."""
-        return self._row[k.AMPERES]
-
-    @property
-    def duty(self) -> float:
-        """Of the PWM, -1 to 1."""
-        return self._row[k.EFFORT]
-
-    @property
-    def temperature(self) -> float:
-        """Of the winding, degrees Celsius."""
-        return self._row[k.TEMPERATURE]
-
-    @property
-    def voltage(self) -> float:
-        """At the terminals, V."""
-        return self._row[k.VOLTAGE]
-
-    @property
-    def reference(self) -> float:
-        """Angle of the trajectory, rad; the horn's own where there is none."""
-        return self._row[k.REFERENCE]
-
-    @property
-    def reference_velocity(self) -> float:
-        """Velocity of the trajectory, rad/s."""
-        return self._row[k.REFERENCE_SPEED]
-
-    @property
-    def reference_goal(self) -> float:
-        """Where the trajectory ends, rad."""
-        return self._row[k.GOAL]
-
-    @property
-    def under_way(self) -> bool:
-        """Whether a profile or a ramp of the velocity is in progress."""
-        return self._row[k.UNDER_WAY] != 0.0
-
-    @property
-    def kind(self) -> ProfileType:
-        """Shape of the last profile."""
-        return _KINDS[self._row[k.KIND]]
-
-    @property
-    def saturated_for(self) -> float:
-        """For how long duty or current have been at their caps while it nearly stands, s."""
-        return self._row[k.SATURATED_FOR]
-
-    @property
-    def settled(self) -> bool:
-        """Whether nothing will move until the next command."""
-        return self._row[k.SETTLED] != 0.0
-
-    @property
-    def torque_on(self) -> bool:
-        """Whether the motor is driven."""
-        return self._row[k.MODE] != k.OFF
-
-    @property
-    def relative_torque(self) -> float:
-        """Torque of the motor over its stall torque at nominal voltage."""
-        return self._row[k.AMPERES] / self._row[k.STALL_CURRENT]
-
-    # Commands.
+    __slots__ = ()
 
     def configure(
         self,
@@ -174,7 +88,7 @@ class Axis:
         row = self._row
         for column in range(k.COLUMNS):
             row[column] = 0.0
-        _fit_motor(row, motor)
+        fit_motor(row, motor)
         row[k.ENCODER_STEP] = encoder_step
         row[k.SOURCE] = row[k.VOLTAGE] = supply_voltage
         row[k.SUPPLY] = float(supply)
@@ -188,15 +102,15 @@ class Axis:
     def release(self) -> None:
         """Switch the torque off: the gears run down, and a load can turn them."""
         self._enter(k.OFF)
-        self._row[k.EFFORT] = self._row[k.AMPERES] = 0.0
-        self._row[k.REFERENCE_SPEED] = 0.0
+        row = self._row
+        row[k.EFFORT] = row[k.AMPERES] = row[k.REFERENCE_SPEED] = 0.0
+        row[k.GOAL] = row[k.REFERENCE] = row[k.LAST_REFERENCE] = self.measured_angle
 
     def hold(self) -> None:
         """Switch the torque on, or stop: position control where the encoder sees the horn."""
         row = self._row
         self._enter(k.POSITION)
-        angle = row[k.TICKS] * row[k.ENCODER_STEP]
-        row[k.GOAL] = row[k.REFERENCE] = row[k.LAST_REFERENCE] = angle
+        row[k.GOAL] = row[k.REFERENCE] = row[k.LAST_REFERENCE] = self.measured_angle
         row[k.REFERENCE_SPEED] = row[k.INTEGRAL] = 0.0
         row[k.KIND] = float(ProfileType.STEP)
 
@@ -345,30 +259,3 @@ class Axis:
         if profile.duration <= 0.0:
             row[k.REFERENCE] = profile.goal
             row[k.REFERENCE_SPEED] = row[k.REFERENCE_ACCELERATION] = 0.0
-
-
-def _fit_motor(row: memoryview[float], motor: MotorData) -> None:
-    """Put a data sheet's figures into the columns of the motor.
-
-    Torque is the current's alone, so that the stall current gives the stall torque; the back-EMF is
-    such that the losses of the gears leave the no-load speed at the nominal voltage.
-    """
-    speed = motor.no_load_speed * 2.0 * math.pi / 60.0
-    resistance = motor.nominal_voltage / motor.stall_current
-    torque_constant = motor.stall_torque / motor.stall_current
-    lost = motor.friction + motor.drag
-    back_emf = motor.nominal_voltage * (1.0 - lost) / speed
-    drag = motor.drag * motor.stall_torque / speed
-    row[k.STALL_CURRENT] = motor.stall_current
-    row[k.RESISTANCE] = resistance
-    row[k.TORQUE_CONSTANT] = torque_constant
-    row[k.BACK_EMF] = back_emf
-    row[k.INERTIA] = motor.inertia
-    row[k.DRAG] = drag
-    row[k.FRICTION] = motor.friction * motor.stall_torque
-    row[k.BACKLASH] = motor.backlash
-    row[k.DRIVEN_LAG] = motor.inertia / (torque_constant * back_emf / resistance + drag)
-    row[k.FREE_LAG] = motor.inertia / max(drag, 1e-9)
-    row[k.DRIVEN_KEPT] = math.exp(-k.STEP / row[k.DRIVEN_LAG])
-    row[k.FREE_KEPT] = math.exp(-k.STEP / row[k.FREE_LAG])
-    row[k.NEARLY_STANDING] = _NEARLY_STANDING * speed

@@ -352,6 +352,12 @@ def _turn(x: FloatArray, torque: float, lag: float, kept: float) -> None:
 
 
 @_compiled
+def _standing_torque(x: FloatArray) -> float:
+    """Return the motor's torque if it stood: the back-EMF takes its part as damping."""
+    return float(x[TORQUE_CONSTANT] * x[EFFORT] * x[VOLTAGE] / x[RESISTANCE])
+
+
+@_compiled
 def _carry_horn(x: FloatArray) -> None:
     """Let the horn follow its motor through the play of the gears, and the encoder the horn."""
     before = x[ANGLE]
@@ -365,13 +371,15 @@ def _carry_horn(x: FloatArray) -> None:
 
 @_compiled
 def _settle_accounts(x: FloatArray, mean_speed: float) -> None:
-    """Note the mean current of a step, and warm the winding by it."""
+    """Note the mean current of a step, warm the winding by it, and let idle trajectories follow."""
     current = 0.0
-    if x[MODE] != OFF:
+    mode = x[MODE]
+    if mode != OFF:
         current = (x[EFFORT] * x[VOLTAGE] - x[BACK_EMF] * mean_speed) / x[RESISTANCE]
-    else:
-        x[REFERENCE] = x[GOAL] = x[LAST_REFERENCE] = x[ANGLE]
-        x[REFERENCE_SPEED] = x[SPEED]
+    if mode != POSITION and mode != COMPLIANCE:  # noqa: PLR1714 - compiled
+        x[REFERENCE] = x[GOAL] = x[LAST_REFERENCE] = _measured_angle(x)
+        if mode != VELOCITY:
+            x[REFERENCE_SPEED] = x[SPEED]
     x[AMPERES] = current
     target = AMBIENT_TEMPERATURE + THERMAL_RESISTANCE * x[RESISTANCE] * current * current
     x[TEMPERATURE] += (target - x[TEMPERATURE]) * _WARMING
@@ -399,8 +407,7 @@ def _move(x: FloatArray) -> None:
     elif x[MODE] == OFF:
         _turn(x, -x[LOAD], x[FREE_LAG], x[FREE_KEPT])
     else:
-        stall = x[TORQUE_CONSTANT] * x[EFFORT] * x[VOLTAGE] / x[RESISTANCE]
-        _turn(x, stall - x[LOAD], x[DRIVEN_LAG], x[DRIVEN_KEPT])
+        _turn(x, _standing_torque(x) - x[LOAD], x[DRIVEN_LAG], x[DRIVEN_KEPT])
     _carry_horn(x)
     _settle_accounts(x, (x[MOTOR_ANGLE] - before) / STEP)
     x[SETTLED] = stood and x[MOTOR_SPEED] == 0.0 and _is_steady(x)
@@ -431,13 +438,42 @@ def control(state: FloatArray, supplies: FloatArray) -> None:
 
 
 @_compiled
+def drive(
+    state: FloatArray, supplies: FloatArray, torques: FloatArray, dampings: FloatArray
+) -> None:
+    """Run the control loops for one step, for mechanics that stand elsewhere.
+
+    Parameters
+    ----------
+    state : ndarray of float, shape (axes, COLUMNS)
+        As for `control`; SETTLED is cleared, since only those mechanics know what moves.
+    supplies : ndarray of float, shape (supplies, SUPPLY_COLUMNS)
+        As for `control`.
+    torques : ndarray of float, shape (axes,)
+        Gets the torque of each motor as long as it stands, N m.
+    dampings : ndarray of float, shape (axes,)
+        Gets what takes from it with the speed, back-EMF and drag of the gears, N m per rad/s.
+        Friction is left to the mechanics: FRICTION times FRICTION_FACTOR.
+    """
+    for i in range(len(state)):
+        state[i, SETTLED] = 0.0
+    control(state, supplies)
+    for i in range(len(state)):
+        x = state[i]
+        torques[i] = _standing_torque(x)
+        dampings[i] = x[DRAG]
+        if x[MODE] != OFF:
+            dampings[i] += x[TORQUE_CONSTANT] * x[BACK_EMF] / x[RESISTANCE]
+
+
+@_compiled
 def observe(state: FloatArray, angles: FloatArray, speeds: FloatArray) -> None:
     """Take motors' movement in one step from elsewhere: encoder, current and heat follow.
 
     Parameters
     ----------
     state : ndarray of float, shape (axes, COLUMNS)
-        As `control` left it.
+        As `drive` left it.
     angles, speeds : ndarray of float, shape (axes,)
         Of the motors after the step, before the backlash, rad and rad/s.
     """

@@ -55,9 +55,11 @@ class JointsPlant:
         self, axes: Axes, supply_resistance: float | Sequence[float] = SUPPLY_RESISTANCE
     ) -> None:
         self.axes = axes
-        several = isinstance(supply_resistance, Sequence)
-        self._supplies = make_supplies(supply_resistance if several else [supply_resistance])  # type: ignore[list-item, arg-type]
         self._state = axes.state
+        if isinstance(supply_resistance, Sequence):
+            self._supplies = make_supplies(supply_resistance)
+        else:
+            self._supplies = make_supplies([supply_resistance])
 
     def advance(self, steps: int) -> None:
         """Go on by a number of steps of `kernel.STEP`."""
