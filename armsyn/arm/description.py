@@ -13,17 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm.calibration import Calibration
+from armsyn.arm.link import InertiaDescription, LinkDescription, Positive, Triple, check_inertia
 from armsyn.arm.search import find_file
 from armsyn.errors import DescriptionError, InputError
 from armsyn.kinematics import Joint, SerialChain
 
 FloatArray = NDArray[np.float64]
-Triple = tuple[float, float, float]
-Positive = Annotated[float, msgspec.Meta(gt=0)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0)]
 Tick = Annotated[int, msgspec.Meta(ge=-(2**31), lt=2**31)]
 
 MAXIMUM_BYTES = 1_000_000
 TIP = "tip"
+STANDARD_GRAVITY = 9.80665
+"""m/s2."""
 
 
 class JointDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -39,6 +41,8 @@ class JointDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Greatest planned speed, rad/s or m/s: 80 % of the servo's no-load speed.
     max_acceleration : float
         Greatest planned acceleration, rad/s2 or m/s2.
+    link : LinkDescription or None
+        What the joint moves, as a body: only a simulation of the whole arm needs it.
     """
 
     name: str
@@ -51,13 +55,22 @@ class JointDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     kind: Literal["revolute", "prismatic"] = "revolute"
     xyz: Triple = (0.0, 0.0, 0.0)
     rpy: Triple = (0.0, 0.0, 0.0)
+    link: LinkDescription | None = None
 
 
 class TipDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The ``[tip]`` table: the hand in the last joint's frame, m and rad."""
+    """The ``[tip]`` table: the hand in the last joint's frame, m and rad.
+
+    Attributes
+    ----------
+    xyz, rpy : 3-tuple of float
+    mass : float
+        Of what sits at the tip, a tool or a payload, taken as a point, kg.
+    """
 
     xyz: Triple
     rpy: Triple = (0.0, 0.0, 0.0)
+    mass: NotNegative = 0.0
 
 
 class ServoDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -120,6 +133,8 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         One a joint, in the joints' order; empty for an arm that exists as a model only.
     facing : float
         Direction the arm reaches in, as an angle from x about z, rad.
+    gravity : 3-tuple of float
+        Acceleration of free fall in the base's frame, m/s2: says how the base is mounted.
     """
 
     schema: Literal["armsyn-arm-1"]
@@ -130,6 +145,7 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
     landmarks: dict[str, str]
     servo: tuple[ServoDescription, ...] = ()
     facing: float = 0.0
+    gravity: Triple = (0.0, 0.0, -STANDARD_GRAVITY)
 
     @cached_property
     def chain(self) -> SerialChain:
@@ -273,6 +289,8 @@ def _check(arm: ArmDescription) -> None:
     for joint in arm.joint:
         if not joint.lower <= joint.rest <= joint.upper:
             raise InputError(f"joint {joint.name}: rest {joint.rest:g} is outside its limits")
+        if joint.link is not None and joint.link.inertia is not None:
+            _check_link(joint.name, joint.link.inertia)
     frames = {*arm.joint_names, TIP}
     for landmark, frame in arm.landmarks.items():
         if frame not in frames:
@@ -283,10 +301,22 @@ def _check(arm: ArmDescription) -> None:
         _check_servos(arm)
 
 
+def _check_link(joint: str, inertia: InertiaDescription) -> None:
+    try:
+        check_inertia(inertia)
+    except InputError as error:
+        raise InputError(f"joint {joint}: link: {error}") from None
+
+
 def _check_finite(arm: ArmDescription) -> None:
     """TOML knows nan and inf; no number of an arm may be one."""
     tables: list[tuple[str, msgspec.Struct]] = [("", arm), ("tip: ", arm.tip)]
-    tables += [(f"joint {joint.name}: ", joint) for joint in arm.joint]
+    for joint in arm.joint:
+        tables.append((f"joint {joint.name}: ", joint))
+        if joint.link is not None:
+            tables.append((f"joint {joint.name}: link: ", joint.link))
+        if joint.link is not None and joint.link.inertia is not None:
+            tables.append((f"joint {joint.name}: link: inertia: ", joint.link.inertia))
     tables += [(f"servo {servo.id}: ", servo) for servo in arm.servo]
     for where, table in tables:
         for field, value in msgspec.structs.asdict(table).items():

@@ -11,6 +11,7 @@ import armsyn
 from armsyn.errors import ArmsynError
 
 COMMANDS = {
+    "arms": "List the arms that are described, or write what other programs need of one.",
     "learn": "Learn an arm's synergies from captured reaches.",
     "reach": "Reach a target as a person would, on a real or simulated arm.",
     "score": "Score motion B against the captured (or reference) motion A.",
