@@ -19,6 +19,9 @@ from armsyn.arm.description import ArmDescription, ServoDescription
 from armsyn.arm.mjcf import build_mjcf
 from armsyn.errors import InputError
 
+SUPPLY_RESISTANCE = 0.03
+"""Of a supply with its cables, ohm; chosen: an ampere costs 30 mV."""
+
 
 def build_rig(arm: ArmDescription) -> str:
     """Return the text of an arm's rig file.
@@ -46,7 +49,7 @@ def build_rig(arm: ArmDescription) -> str:
         f"# {arm.name}: servos, supply and bodies for firmware-sim.\n"
         "# Written by `armsyn arms rig`; what is changed here does not change the arm.\n\n"
         f"{servos}\n"
-        "[supply]\nresistance = 0.03 # ohm, of the supply and its cables: chosen, no arm says it\n\n"
+        f"[supply]\nresistance = {SUPPLY_RESISTANCE} # ohm, with its cables; chosen\n\n"
         f"[plant]\nmjcf = '''\n{mjcf}'''\n"
     )
 
