@@ -1,16 +1,22 @@
 """XL430-W250: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xl430-w250, "Control Table of
-EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in the SDK's
-``xl430_w250.model``. Motor: the same page, "Specifications".
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xl430-w250 (repository at c72095b),
+"Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
+the SDK's ``xl430_w250.model``. Motor: the same page, "Specifications", at 12.0 V.
 
 It has no current sensing: 126 is Present Load, and there is no Current Limit or Goal Current.
+
+The page recommends 11.1 V; 12.0 V, its other figures, is what arms with this servo are fed with.
+
+The range of Drive Mode is that of its section, "Drive Mode(10)", with bit 3 of firmware 45; the
+page's table stops at 5.
 """
 
 from __future__ import annotations
 
 from firmware_sim.control_table import ControlTable, indirect_rows, row
 from firmware_sim.model import MODES_WITHOUT_CURRENT, X_BAUD_RATES, MotorData, ServoModel
+from firmware_sim.tables.versions import x430_versions
 
 _TABLE = ControlTable(
     [
@@ -38,7 +44,7 @@ _TABLE = ControlTable(
         row(64, 1, "Torque Enable", "RW", 0, (0, 1)),
         row(65, 1, "LED", "RW", 0, (0, 1)),
         row(68, 1, "Status Return Level", "RW", 2, (0, 2)),
-        row(69, 1, "Registered Instruction", "R", 0),
+        row(69, 1, "Registered Instruction", "R", 0, (0, 1)),
         row(70, 1, "Hardware Error Status", "R", 0),
         row(76, 2, "Velocity I Gain", "RW", 1000, (0, 16_383)),
         row(78, 2, "Velocity P Gain", "RW", 100, (0, 16_383)),
@@ -70,23 +76,26 @@ _TABLE = ControlTable(
     ]
 )
 
-MODEL = ServoModel(
-    name="xl430-w250",
-    number=1060,
-    firmware=45,
-    table=_TABLE,
-    baud_rates=X_BAUD_RATES,
-    drive_mode_bits=0b1101,
-    current_unit=None,
-    motor=MotorData(
-        nominal_voltage=12.0,
-        stall_torque=1.5,
-        stall_current=1.4,
-        no_load_speed=61.0,
-        inertia=0.0023,
+MODELS = x430_versions(
+    ServoModel(
+        name="xl430-w250",
+        number=1060,
+        firmware=45,
+        table=_TABLE,
+        baud_rates=X_BAUD_RATES,
+        drive_mode_bits=0b1101,
+        current_unit=None,
+        motor=MotorData(
+            nominal_voltage=12.0,
+            stall_torque=1.5,
+            stall_current=1.4,
+            no_load_speed=61.0,
+            inertia=0.0023,
+        ),
+        protocols=frozenset((1, 2)),
+        operating_modes=MODES_WITHOUT_CURRENT,
+        first_firmware=45,
+        backup_from=45,
+        fast_from=45,
     ),
-    protocols=frozenset((1, 2)),
-    operating_modes=MODES_WITHOUT_CURRENT,
-    backup_from=45,
-    fast_from=45,
 )

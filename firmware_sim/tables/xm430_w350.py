@@ -1,19 +1,20 @@
 """XM430-W350: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xm430-w350, "Control Table of
-EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in the SDK's
-``xm430_w350.model``. Motor: the same page, "Specifications".
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xm430-w350 (repository at 1cf2abe),
+"Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
+the SDK's ``xm430_w350.model``. Motor: the same page, "Specifications", at 12.0 V.
 
-Firmware 45 added Startup Configuration(60), Backup Ready(147) and drive mode bit 3, for which the
-range of Drive Mode ends at 13. The voltage limits' range is that of the XM540's page; this page's
-(11.0 to 30.0 V) excludes its own initial value. Velocity Limit is the newer page's 200 (older:
-350).
+Startup Configuration(60), Backup Ready(147) and the range of Drive Mode are not in that state of
+the page: they are those of its sections with these names, which all X430 and X540 pages share.
+
+Velocity Limit was 350 before firmware 42, in older states of the page.
 """
 
 from __future__ import annotations
 
 from firmware_sim.control_table import ControlTable, indirect_rows, row
 from firmware_sim.model import X_BAUD_RATES, MotorData, ServoModel
+from firmware_sim.tables.versions import x430_versions
 
 _TABLE = ControlTable(
     [
@@ -42,7 +43,7 @@ _TABLE = ControlTable(
         row(64, 1, "Torque Enable", "RW", 0, (0, 1)),
         row(65, 1, "LED", "RW", 0, (0, 1)),
         row(68, 1, "Status Return Level", "RW", 2, (0, 2)),
-        row(69, 1, "Registered Instruction", "R", 0),
+        row(69, 1, "Registered Instruction", "R", 0, (0, 1)),
         row(70, 1, "Hardware Error Status", "R", 0),
         row(76, 2, "Velocity I Gain", "RW", 1920, (0, 16_383)),
         row(78, 2, "Velocity P Gain", "RW", 100, (0, 16_383)),
@@ -75,22 +76,25 @@ _TABLE = ControlTable(
     ]
 )
 
-MODEL = ServoModel(
-    name="xm430-w350",
-    number=1020,
-    firmware=45,
-    table=_TABLE,
-    baud_rates=X_BAUD_RATES,
-    drive_mode_bits=0b1101,
-    current_unit=2.69e-3,
-    motor=MotorData(
-        nominal_voltage=12.0,
-        stall_torque=4.1,
-        stall_current=2.3,
-        no_load_speed=46.0,
-        inertia=0.0085,
+MODELS = x430_versions(
+    ServoModel(
+        name="xm430-w350",
+        number=1020,
+        firmware=45,
+        table=_TABLE,
+        baud_rates=X_BAUD_RATES,
+        drive_mode_bits=0b1101,
+        current_unit=2.69e-3,
+        motor=MotorData(
+            nominal_voltage=12.0,
+            stall_torque=4.1,
+            stall_current=2.3,
+            no_load_speed=46.0,
+            inertia=0.0085,
+        ),
+        protocols=frozenset((1, 2)),
+        first_firmware=45,
+        backup_from=45,
+        fast_from=45,
     ),
-    protocols=frozenset((1, 2)),
-    backup_from=45,
-    fast_from=45,
 )

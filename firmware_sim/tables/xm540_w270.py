@@ -1,18 +1,21 @@
 """XM540-W270: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xm540-w270, "Control Table of
-EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in the SDK's
-``xm540_w270.model``. Motor: the same page, "Specifications".
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xm540-w270 (repository at 7d10ace),
+"Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
+the SDK's ``xm540_w270.model``. Motor: the same page, "Specifications", at 12.0 V.
 
-Drive Mode's bit 1 (slave of a dual joint) is in its range and refused: it is not modelled. Bit 3
-(torque on by goal update) came with firmware 45, so the range ends at 15. The external ports'
-registers exist and do nothing.
+Startup Configuration(60), Backup Ready(147) and the range of Drive Mode are not in that state of
+the page: they are those of its sections with these names, which all X430 and X540 pages share.
+
+Drive Mode's bit 1 (slave of a dual joint) is in its range and refused: it is not modelled. The
+external ports' registers exist and do nothing.
 """
 
 from __future__ import annotations
 
 from firmware_sim.control_table import ControlTable, indirect_rows, row
 from firmware_sim.model import X_BAUD_RATES, MotorData, ServoModel
+from firmware_sim.tables.versions import x430_versions
 
 _TABLE = ControlTable(
     [
@@ -44,7 +47,7 @@ _TABLE = ControlTable(
         row(64, 1, "Torque Enable", "RW", 0, (0, 1)),
         row(65, 1, "LED", "RW", 0, (0, 1)),
         row(68, 1, "Status Return Level", "RW", 2, (0, 2)),
-        row(69, 1, "Registered Instruction", "R", 0),
+        row(69, 1, "Registered Instruction", "R", 0, (0, 1)),
         row(70, 1, "Hardware Error Status", "R", 0),
         row(76, 2, "Velocity I Gain", "RW", 1920, (0, 16_383)),
         row(78, 2, "Velocity P Gain", "RW", 100, (0, 16_383)),
@@ -80,22 +83,25 @@ _TABLE = ControlTable(
     ]
 )
 
-MODEL = ServoModel(
-    name="xm540-w270",
-    number=1120,
-    firmware=45,
-    table=_TABLE,
-    baud_rates=X_BAUD_RATES,
-    drive_mode_bits=0b1101,
-    current_unit=2.69e-3,
-    motor=MotorData(
-        nominal_voltage=12.0,
-        stall_torque=10.6,
-        stall_current=4.4,
-        no_load_speed=30.0,
-        inertia=0.034,
+MODELS = x430_versions(
+    ServoModel(
+        name="xm540-w270",
+        number=1120,
+        firmware=45,
+        table=_TABLE,
+        baud_rates=X_BAUD_RATES,
+        drive_mode_bits=0b1101,
+        current_unit=2.69e-3,
+        motor=MotorData(
+            nominal_voltage=12.0,
+            stall_torque=10.6,
+            stall_current=4.4,
+            no_load_speed=30.0,
+            inertia=0.034,
+        ),
+        protocols=frozenset((1, 2)),
+        first_firmware=45,
+        backup_from=45,
+        fast_from=45,
     ),
-    protocols=frozenset((1, 2)),
-    backup_from=45,
-    fast_from=45,
 )

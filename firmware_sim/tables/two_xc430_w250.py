@@ -1,0 +1,106 @@
+"""2XC430-W250, one of its two axes: control table and motor.
+
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/2xc430-w250 (repository at
+c72095b), "Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names
+also in the SDK's ``2xc430_w250.model``. Motor: the same page, "Specifications", at 12.0 V.
+
+It has no current sensing: 126 is Present Load, and there is no Current Limit or Goal Current.
+
+One case holds two axes, each with an ID (1 and 2 from the factory) and a table of its own: a servo
+of this model stands for one axis, and both need two. What the axes of one case share ("2X": Baud
+Rate and Protocol Type are the same for both, and EEPROM is locked while either has torque) is not
+modelled.
+
+Its initial ID is that of the first axis. Fast reads are not in its firmware. The page's Temperature
+Limit (80) is above its "Operating Temperature" (72).
+
+The range of Drive Mode is that of its section, "Drive Mode(10)", with bit 3 of firmware 45; the
+page's table stops at 5.
+"""
+
+from __future__ import annotations
+
+from firmware_sim.control_table import ControlTable, indirect_rows, row
+from firmware_sim.model import MODES_WITHOUT_CURRENT, X_BAUD_RATES, MotorData, ServoModel
+from firmware_sim.tables.versions import x430_versions
+
+_TABLE = ControlTable(
+    [
+        row(0, 2, "Model Number", "R", 1160),
+        row(2, 4, "Model Information", "R", 0),
+        row(6, 1, "Firmware Version", "R", 45),
+        row(7, 1, "ID", "RW", 1, (0, 252)),
+        row(8, 1, "Baud Rate", "RW", 1, (0, 7)),
+        row(9, 1, "Return Delay Time", "RW", 250, (0, 254), "2 us"),
+        row(10, 1, "Drive Mode", "RW", 0, (0, 13)),
+        row(11, 1, "Operating Mode", "RW", 3, (0, 16)),
+        row(12, 1, "Secondary(Shadow) ID", "RW", 255, (0, 255)),
+        row(13, 1, "Protocol Type", "RW", 2, (1, 2)),
+        row(20, 4, "Homing Offset", "RW", 0, (-1_044_479, 1_044_479), "tick"),
+        row(24, 4, "Moving Threshold", "RW", 10, (0, 1023), "0.229 rev/min"),
+        row(31, 1, "Temperature Limit", "RW", 80, (0, 100), "deg C"),
+        row(32, 2, "Max Voltage Limit", "RW", 160, (60, 160), "0.1 V"),
+        row(34, 2, "Min Voltage Limit", "RW", 60, (60, 160), "0.1 V"),
+        row(36, 2, "PWM Limit", "RW", 885, (0, 885), "0.113 %"),
+        row(44, 4, "Velocity Limit", "RW", 275, (0, 1023), "0.229 rev/min"),
+        row(48, 4, "Max Position Limit", "RW", 4095, (0, 4095), "tick"),
+        row(52, 4, "Min Position Limit", "RW", 0, (0, 4095), "tick"),
+        row(60, 1, "Startup Configuration", "RW", 0, (0, 3)),
+        row(63, 1, "Shutdown", "RW", 52),
+        row(64, 1, "Torque Enable", "RW", 0, (0, 1)),
+        row(65, 1, "LED", "RW", 0, (0, 1)),
+        row(68, 1, "Status Return Level", "RW", 2, (0, 2)),
+        row(69, 1, "Registered Instruction", "R", 0, (0, 1)),
+        row(70, 1, "Hardware Error Status", "R", 0),
+        row(76, 2, "Velocity I Gain", "RW", 1920, (0, 16_383)),
+        row(78, 2, "Velocity P Gain", "RW", 100, (0, 16_383)),
+        row(80, 2, "Position D Gain", "RW", 0, (0, 16_383)),
+        row(82, 2, "Position I Gain", "RW", 0, (0, 16_383)),
+        row(84, 2, "Position P Gain", "RW", 700, (0, 16_383)),
+        row(88, 2, "Feedforward 2nd Gain", "RW", 0, (0, 16_383)),
+        row(90, 2, "Feedforward 1st Gain", "RW", 0, (0, 16_383)),
+        row(98, 1, "Bus Watchdog", "RW", 0, (0, 127), "20 ms"),
+        row(100, 2, "Goal PWM", "RW", 885, (-885, 885), "0.113 %"),
+        row(104, 4, "Goal Velocity", "RW", 275, (-1023, 1023), "0.229 rev/min"),
+        row(108, 4, "Profile Acceleration", "RW", 0, (0, 32_767), "214.577 rev/min^2 or ms"),
+        row(112, 4, "Profile Velocity", "RW", 0, (0, 32_767), "0.229 rev/min or ms"),
+        row(116, 4, "Goal Position", "RW", 0, (-1_048_575, 1_048_575), "tick"),
+        row(120, 2, "Realtime Tick", "R", 0, (0, 32_767), "ms"),
+        row(122, 1, "Moving", "R", 0, (0, 1)),
+        row(123, 1, "Moving Status", "R", 0),
+        row(124, 2, "Present PWM", "R", 0, (-885, 885), "0.113 %"),
+        row(126, 2, "Present Load", "R", 0, (-1000, 1000), "0.1 %"),
+        row(128, 4, "Present Velocity", "R", 0, (-(2**31), 2**31 - 1), "0.229 rev/min"),
+        row(132, 4, "Present Position", "R", 0, (-(2**31), 2**31 - 1), "tick"),
+        row(136, 4, "Velocity Trajectory", "R", 0, (-(2**31), 2**31 - 1), "0.229 rev/min"),
+        row(140, 4, "Position Trajectory", "R", 0, (-(2**31), 2**31 - 1), "tick"),
+        row(144, 2, "Present Input Voltage", "R", 0, unit="0.1 V"),
+        row(146, 1, "Present Temperature", "R", 0, unit="deg C"),
+        row(147, 1, "Backup Ready", "R", 0, (0, 1)),
+        *indirect_rows(1, 28, 168, 224, 661),
+        *indirect_rows(29, 28, 578, 634, 661),
+    ]
+)
+
+MODELS = x430_versions(
+    ServoModel(
+        name="2xc430-w250",
+        number=1160,
+        firmware=45,
+        table=_TABLE,
+        baud_rates=X_BAUD_RATES,
+        drive_mode_bits=0b1101,
+        current_unit=None,
+        motor=MotorData(
+            nominal_voltage=12.0,
+            stall_torque=1.8,
+            stall_current=1.4,
+            no_load_speed=64.0,
+            inertia=0.0027,
+        ),
+        protocols=frozenset((1, 2)),
+        operating_modes=MODES_WITHOUT_CURRENT,
+        first_firmware=45,
+        backup_from=45,
+    ),
+)
