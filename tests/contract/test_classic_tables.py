@@ -5,14 +5,15 @@ for the registers of MX-64 and MX-106 that rustypot lacks, ROBOTIS-GIT/dynamixel
 dynamixel_item.cpp, "EXTMX". Figures are those of the e-Manual's pages.
 """
 
-from importlib import import_module
 from importlib.resources import files
 
 import pytest
 import rustypot
 
 from firmware_sim.control_table import Area
+from firmware_sim.errors import RigError
 from firmware_sim.model import ServoModel
+from firmware_sim.tables import find_model
 
 AX = ("ax-12a", "ax-18a")
 MX = ("mx-28", "mx-64", "mx-106")
@@ -32,10 +33,10 @@ DRIVE_MODE = {(10, 1, "drive_mode")}  # the e-Manual's page alone
 
 
 def models(name: str) -> tuple[ServoModel, ...]:
-    found: tuple[ServoModel, ...] = import_module(
-        f"firmware_sim.tables.{name.replace('-', '_')}"
-    ).MODELS
-    return found
+    newest = find_model(name)
+    if newest.first_firmware == 0:
+        return (newest,)
+    return newest, find_model(name, firmware=newest.first_firmware - 1)
 
 
 def registers(model: ServoModel) -> set[tuple[int, int, str]]:
@@ -114,6 +115,18 @@ def test_realtime_tick_came_with_firmware_40(name: str) -> None:
 def test_older_servos_speak_protocol_1_only(name: str) -> None:
     for model in models(name):
         assert (model.protocol, model.protocols) == (1, frozenset((1,)))
+    if name in AX:
+        with pytest.raises(RigError, match="protocol"):
+            find_model(name, protocol=2)
+
+
+@pytest.mark.parametrize(("name", "numbers"), [("mx-28", (29, 30)), ("mx-64", (310, 311))])
+def test_an_mx_is_sold_with_protocol_1_and_can_have_the_other(
+    name: str, numbers: tuple[int, int]
+) -> None:
+    # e-Manual, mx-28, "Note": protocol 2.0 needs a recovery with another firmware.
+    assert find_model(name).number == find_model(name, protocol=1).number == numbers[0]
+    assert find_model(name, protocol=2).number == numbers[1]
 
 
 # e-Manual, "Baud Rate(4)": value, rate, and margin of error in percent.
