@@ -251,11 +251,11 @@ def _compliance(x: FloatArray) -> float:
 @_compiled
 def _is_at_cap(x: FloatArray, duty: float, low: float, high: float) -> bool:
     """Whether the loop asks for all that its caps allow, and they allow something."""
-    if x[MODE] == CURRENT and abs(x[TARGET]) >= FULL_EFFORT * x[CURRENT_CAP]:
-        return bool(x[TARGET] != 0.0)
+    if x[MODE] == CURRENT and abs(x[TARGET]) >= FULL_EFFORT * x[CURRENT_CAP] > 0.0:
+        return True
     if duty > 0.0:
-        return duty >= FULL_EFFORT * high
-    return duty < 0.0 and duty <= FULL_EFFORT * low
+        return duty >= FULL_EFFORT * high > 0.0
+    return duty < 0.0 and duty <= FULL_EFFORT * low < 0.0
 
 
 @_compiled

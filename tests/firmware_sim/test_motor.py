@@ -1,186 +1,241 @@
-"""The motor against its data sheet, and the position loop against hand calculations."""
+"""The motor against its data sheet, closed forms and hand calculations."""
 
 import math
-from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
-from firmware_sim.drive import PositionDrive
-from firmware_sim.model import PWM_FULL, TICKS_PER_TURN
-from firmware_sim.motor import (
+from firmware_sim.physics import kernel
+from firmware_sim.physics.kernel import (
     AMBIENT_TEMPERATURE,
+    STATIC_FRICTION,
     STEP,
     THERMAL_RESISTANCE,
     THERMAL_TIME,
-    Motor,
 )
-from firmware_sim.profile import velocity_profile
-from firmware_sim.tables import MODEL_NAMES, find_model
 
-from .conftest import Bench
-
-MakeBench = Callable[..., Bench]
+from .one_axis import DATA_SHEETS, TICK, OneAxis
 
 
-def motor_of(name: str, supply: float | None = None) -> Motor:
-    data = find_model(name).motor
-    return Motor(data, 0.0, data.nominal_voltage if supply is None else supply)
-
-
-def drive(motor: Motor, duty: float, duration: float) -> None:
-    for _ in range(round(duration / STEP)):
-        motor.drive(duty)
-
-
-@pytest.mark.parametrize("name", MODEL_NAMES)
+@pytest.mark.parametrize("name", DATA_SHEETS)
 def test_full_voltage_without_load_gives_the_data_sheets_speed(name: str) -> None:
-    motor = motor_of(name)
-    drive(motor, 1.0, 0.5)
-    speed = motor.velocity * 60.0 / TICKS_PER_TURN
-    assert speed == pytest.approx(find_model(name).motor.no_load_speed, rel=1e-6)
-    assert motor.current == pytest.approx(0.0, abs=1e-6)
+    """The losses of the gears at that speed take friction and drag of the stall current."""
+    rig = OneAxis(name)
+    rig.axis.drive_duty(1.0)
+    rig.run(1.0)
+    motor = rig.motor
+    assert rig.axis.velocity == pytest.approx(rig.no_load_speed, rel=1e-9)
+    lost = motor.friction + motor.drag
+    assert rig.axis.current == pytest.approx(lost * motor.stall_current, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", MODEL_NAMES)
+@pytest.mark.parametrize("name", DATA_SHEETS)
 def test_stall_torque_stops_it_at_the_stall_current(name: str) -> None:
-    motor, data = motor_of(name), find_model(name).motor
-    motor.load_torque = data.stall_torque
-    drive(motor, 1.0, 0.5)
-    assert motor.velocity == pytest.approx(0.0, abs=1e-6)
-    assert motor.current == pytest.approx(data.stall_current)
+    rig = OneAxis(name)
+    rig.axis.apply_load(rig.motor.stall_torque)
+    rig.axis.drive_duty(1.0)
+    rig.run(1.0)
+    assert rig.axis.velocity == 0.0
+    assert rig.axis.current == pytest.approx(rig.motor.stall_current, rel=1e-12)
+
+
+def test_speed_falls_in_a_line_with_the_load() -> None:
+    """From the no-load speed down to standstill at the stall torque less friction."""
+    rig = OneAxis()
+    motor = rig.motor
+    rig.axis.drive_duty(1.0)
+    for share in (0.0, 0.25, 0.5, 0.75):
+        rig.axis.apply_load(share * (1.0 - motor.friction) * motor.stall_torque)
+        rig.run(1.0)
+        assert rig.axis.velocity == pytest.approx((1.0 - share) * rig.no_load_speed, rel=1e-9)
+        torque = motor.stall_torque / motor.stall_current * rig.axis.current
+        losses = rig.friction + rig.drag * rig.axis.velocity
+        load = share * (1.0 - motor.friction) * motor.stall_torque
+        assert torque == pytest.approx(load + losses, rel=1e-9)
 
 
 def test_speed_settles_with_the_mechanical_time_constant() -> None:
-    data = find_model("xm540-w270").motor
-    time_constant = data.inertia * data.no_load_speed / 60.0 * 2.0 * math.pi / data.stall_torque
-    motor = motor_of("xm540-w270")
-    drive(motor, 1.0, 0.010)
-    full = data.no_load_speed / 60.0 * TICKS_PER_TURN
-    settled = 1.0 - math.exp(-0.010 / time_constant)
-    assert motor.velocity == pytest.approx(full * settled, rel=1e-9)
-    assert motor.angle == pytest.approx(full * (0.010 - time_constant * settled), rel=1e-9)
-    assert 0.005 < time_constant < 0.02
+    """A first-order lag of J v0 / (T0 (1 - friction)), exact at every step."""
+    rig = OneAxis("xm540-w270")
+    motor = rig.motor
+    lag = motor.inertia * rig.no_load_speed / (motor.stall_torque * (1.0 - motor.friction))
+    rig.axis.drive_duty(1.0)
+    for _ in range(30):
+        rig.run(STEP)
+    settled = 1.0 - math.exp(-0.030 / lag)
+    assert rig.axis.velocity == pytest.approx(rig.no_load_speed * settled, rel=1e-9)
+    assert rig.axis.angle == pytest.approx(rig.no_load_speed * (0.030 - lag * settled), rel=1e-9)
+    assert 0.005 < lag < 0.02
 
 
 def test_a_lower_supply_makes_it_slower() -> None:
-    """The data sheet has 43 rev/min at 11.1 V beside 46 at 12 V, which is the line through zero."""
-    motor = motor_of("xm430-w350", supply=11.1)
-    drive(motor, 1.0, 0.5)
-    assert motor.velocity * 60.0 / TICKS_PER_TURN == pytest.approx(43.0, abs=1.0)
+    """The data sheet has 43 rev/min at 11.1 V beside 46 at 12 V."""
+    rig = OneAxis(supply=11.1)
+    rig.axis.drive_duty(1.0)
+    rig.run(1.0)
+    assert rig.axis.velocity * 30.0 / math.pi == pytest.approx(43.0, abs=1.0)
 
 
-def test_losses_warm_it_with_the_square_of_the_current() -> None:
-    def rise(load: float) -> float:
-        motor = motor_of("xm430-w350")
-        motor.load_torque = load
-        drive(motor, load / 4.1, 2.0)
-        motor.rest(20.0 * THERMAL_TIME)
-        return motor.temperature - AMBIENT_TEMPERATURE
+def test_static_friction_holds_and_coulomb_friction_lets_run_on() -> None:
+    rig = OneAxis()
+    friction = rig.motor.friction
+    between = 0.5 * (1.0 + STATIC_FRICTION) * friction
+    rig.axis.drive_duty(between)
+    rig.run(0.5)
+    assert (rig.axis.velocity, rig.axis.angle) == (0.0, 0.0)
+    assert rig.axis.settled
+    rig.axis.drive_duty(1.01 * STATIC_FRICTION * friction)
+    rig.run(0.1)
+    assert rig.axis.velocity > 0.0
+    rig.axis.drive_duty(between)
+    rig.run(5.0)
+    slope = rig.no_load_speed / (1.0 - friction)
+    assert rig.axis.velocity == pytest.approx((between - friction) * slope, rel=1e-6)
 
-    resistance = 12.0 / 2.3
-    current = 2.3 * 0.5 / 4.1
-    assert rise(0.5) == pytest.approx(current**2 * resistance * THERMAL_RESISTANCE, rel=1e-3)
-    assert rise(1.0) == pytest.approx(4.0 * rise(0.5), rel=1e-3)
+
+def test_without_torque_the_gears_run_down() -> None:
+    """J dv/dt = -Tf - b v: it stands after J/b ln(1 + b v0 / Tf)."""
+    rig = OneAxis()
+    rig.axis.drive_duty(1.0)
+    rig.run(1.0)
+    start, speed = rig.axis.angle, rig.axis.velocity
+    rig.axis.release()
+    lag, drift = rig.motor.inertia / rig.drag, rig.friction / rig.drag
+    rig.run(0.1)
+    left = (speed + drift) * math.exp(-0.1 / lag) - drift
+    assert rig.axis.velocity == pytest.approx(left, rel=1e-9)
+    assert (rig.axis.current, rig.axis.duty) == (0.0, 0.0)
+    stands_after = lag * math.log(1.0 + speed / drift)
+    rig.run(stands_after - 0.1 + 2 * STEP)
+    assert rig.axis.velocity == 0.0
+    way = speed * lag - drift * stands_after
+    assert rig.axis.angle - start == pytest.approx(way, rel=1e-9)
+    assert rig.axis.settled
+
+
+def test_without_torque_a_load_turns_it_against_friction() -> None:
+    rig = OneAxis()
+    rig.axis.apply_load(rig.friction)
+    rig.run(1.0)
+    assert rig.axis.angle == 0.0
+    rig.axis.apply_load(0.5)
+    rig.run(0.05)
+    lag = rig.motor.inertia / rig.drag
+    final = (0.5 - rig.friction) / rig.drag
+    assert rig.axis.velocity == pytest.approx(-final * (1.0 - math.exp(-0.05 / lag)), rel=1e-9)
+    rig.run(5.0)
+    assert rig.axis.velocity == pytest.approx(-final, rel=1e-6)
+
+
+def test_a_reversal_agrees_with_small_steps() -> None:
+    """Through standstill within a step, against Euler's method at a microsecond."""
+    rig = OneAxis()
+    motor = rig.motor
+    rig.axis.drive_duty(0.3)
+    rig.run(0.05)
+    angle, speed = rig.axis.angle, rig.axis.velocity
+    rig.axis.drive_duty(-0.4)
+    rig.run(0.04)
+    lost = motor.friction + motor.drag
+    back_emf_torque = motor.stall_torque * (1.0 - lost) / rig.no_load_speed
+    for _ in range(40_000):
+        torque = -0.4 * motor.stall_torque - (back_emf_torque + rig.drag) * speed
+        torque -= math.copysign(rig.friction, speed)
+        speed += torque / motor.inertia * 1e-6
+        angle += speed * 1e-6
+    assert rig.axis.velocity == pytest.approx(speed, rel=1e-4)
+    assert rig.axis.angle == pytest.approx(angle, abs=1e-5)
+    assert speed < 0.0
+
+
+@pytest.mark.parametrize("load", [0.5, 1.0])
+def test_losses_warm_it_with_the_square_of_the_current(load: float) -> None:
+    """A first-order curve to i^2 R times the thermal resistance; the load of a jam is known."""
+    rig = OneAxis()
+    motor = rig.motor
+    rig.axis.jam(on=True)
+    rig.axis.drive_duty(load / motor.stall_torque)
+    current = motor.stall_current * load / motor.stall_torque
+    power = current**2 * motor.nominal_voltage / motor.stall_current
+    for _ in range(2):
+        rig.run(120.0)
+    rise = power * THERMAL_RESISTANCE * (1.0 - math.exp(-240.0 / THERMAL_TIME))
+    assert rig.axis.temperature - AMBIENT_TEMPERATURE == pytest.approx(rise, rel=1e-5)
 
 
 def test_resting_warms_as_stepping_does() -> None:
-    stepped, rested = motor_of("xl430-w250"), motor_of("xl430-w250")
-    for motor in (stepped, rested):
-        motor.load_torque = 0.7
-        drive(motor, 0.7 / 1.5, 1.0)
-    drive(stepped, 0.7 / 1.5, 30.0)
-    rested.rest(30.0)
-    assert rested.temperature == pytest.approx(stepped.temperature, abs=1e-6)
+    """The second rig never rests, since its velocity loop keeps summing what it cannot mend."""
+    rested, stepped = OneAxis(), OneAxis()
+    for rig in (rested, stepped):
+        rig.axis.jam(on=True)
+    rested.axis.drive_duty(1.0)
+    stepped.axis.set_velocity_gains(10.0, 1e-9)
+    stepped.axis.drive_velocity(1.0)
+    rested.run(30.0)
+    stepped.run(30.0)
+    assert rested.axis.settled
+    assert not stepped.axis.settled
+    assert rested.axis.temperature == pytest.approx(stepped.axis.temperature, abs=1e-6)
 
 
-def test_a_load_pulls_it_off_the_goal_by_what_the_gain_needs(bench: MakeBench) -> None:
-    """Holding 1 N m of 4.1 takes 24.4 % PWM, which P = 800 / 128 makes of 34.5 ticks."""
-    rig = bench()
-    rig.write(64, 1)
-    rig.servos[0].apply_load(1.0)
-    rig.wait(2.0)
-    error = 1.0 / 4.1 * PWM_FULL / (800 / 128)
-    assert rig.read(132, 4) == pytest.approx(2048 - error, abs=1.0)
-    assert rig.read(124, 2) == pytest.approx(PWM_FULL / 4.1, abs=1.0)
-    assert rig.read(126, 2) == pytest.approx(2300.0 / 4.1 / 2.69, abs=1.5)
-    rig.write(82, 200, 2)  # an integral gain takes the error away
-    rig.wait(20.0)
-    assert rig.read(132, 4) == pytest.approx(2048, abs=1)
+def test_the_horn_lags_by_the_backlash() -> None:
+    width = 0.01
+    rig = OneAxis(replace(DATA_SHEETS["xm430-w350"], backlash=width))
+    motor_angle = rig.axes.column(kernel.MOTOR_ANGLE)
+    rig.axis.drive_duty(0.2)
+    rig.run(0.5)
+    assert motor_angle[0] - rig.axis.angle == pytest.approx(0.5 * width, rel=1e-9)
+    rig.axis.release()
+    rig.run(2.0)
+    turned, horn = motor_angle[0], rig.axis.angle
+    rig.axis.drive_duty(-0.05)
+    while rig.axis.angle == horn:
+        assert rig.axis.velocity == 0.0
+        assert motor_angle[0] > turned - width
+        rig.run(STEP)
+    assert motor_angle[0] <= turned - width
+    assert motor_angle[0] - rig.axis.angle == pytest.approx(-0.5 * width, rel=1e-9)
 
 
-def test_the_xl430_shows_load_instead_of_current(bench: MakeBench) -> None:
-    rig = bench("xl430-w250:1")
-    rig.write(64, 1)
-    rig.servos[0].apply_load(0.3)
-    rig.wait(3.0)
-    assert rig.read(126, 2) == pytest.approx(1000 * 0.3 / 1.5, abs=2)
+def test_the_encoder_counts_to_the_nearest_tick_over_all_turns() -> None:
+    rig = OneAxis(start=-20.49 * TICK)
+    assert rig.axis.ticks == -20
+    rig.axis.drive_duty(1.0)
+    rig.run(10.0)
+    assert rig.axis.ticks == pytest.approx(rig.axis.angle / TICK, abs=0.5)
+    assert rig.axis.ticks > 5 * 4096
+    assert type(rig.axis.ticks) is int
+    assert type(rig.axis.angle) is float
 
 
-@pytest.mark.parametrize(
-    ("gains", "expected"),
-    [
-        ((800, 0, 0), 20 * 800 / 128),
-        ((0, 6554, 0), 20 * 6554 / 65536),
-        ((0, 0, 160), 20 * 160 / 16),
-    ],
-    ids=["P", "I", "D"],
-)
-def test_gains_make_the_pwm_that_the_manual_says(
-    gains: tuple[int, int, int], expected: float
-) -> None:
-    """After one period with an error of 20 ticks: P/128, I/65536 and D/16 of it."""
-    drive = PositionDrive(motor_of("xm430-w350"))
-    drive.set_gains(*gains)
-    drive.engage()
-    drive.follow(velocity_profile(0.0, 0.0, 20.0, 0.0, 0.0))
-    drive.advance(1)
-    assert drive.pwm == pytest.approx(expected)
+def test_a_jam_holds_the_horn_until_it_is_freed() -> None:
+    rig = OneAxis()
+    rig.axis.jam(on=True)
+    rig.axis.drive_duty(1.0)
+    rig.run(1.0)
+    assert (rig.axis.angle, rig.axis.velocity) == (0.0, 0.0)
+    assert rig.axis.current == pytest.approx(rig.motor.stall_current)
+    rig.axis.jam(on=False)
+    rig.run(1.0)
+    assert rig.axis.velocity == pytest.approx(rig.no_load_speed, rel=1e-6)
 
 
-def test_goal_pwm_caps_the_output(bench: MakeBench) -> None:
-    rig = bench()
-    rig.write(64, 1)
-    rig.write(100, 200, 2)
-    rig.write(116, 4000, 4)
-    rig.wait(0.2)
-    assert rig.read(124, 2) == 200
-    assert rig.read(128, 4) == pytest.approx(46.0 * 200 / PWM_FULL / 0.229, abs=1.0)
+def test_a_stuck_encoder_lets_a_position_loop_run_away() -> None:
+    rig = OneAxis().held()
+    rig.axis.stick_encoder(on=True)
+    rig.axis.apply_load(1.0)
+    rig.run(1.0)
+    assert rig.axis.ticks == 0
+    assert rig.axis.angle < -1.0
 
 
-def test_it_overheats_and_shuts_down(bench: MakeBench) -> None:
-    rig = bench()
-    rig.write(64, 1)
-    rig.servos[0].apply_load(4.0)
-    rig.wait(5.0)
-    warm = rig.read(146)
-    rig.wait(600.0)
-    assert 25 < warm < 80
-    assert rig.ask(1, 0x01)[0][1] == 0x80
-    assert (rig.read(70), rig.read(64), rig.read(124, 2)) == (0x04, 0, 0)
-
-
-@pytest.mark.parametrize("name", MODEL_NAMES)
-def test_a_stream_of_goals_is_followed_with_the_loops_lag(bench: MakeBench, name: str) -> None:
-    """A ramp is followed with the lag PWM_FULL / (P v0), and reached without error.
-
-    The XL430's large D gain meets the cap of the PWM at each step of the goal, which costs more.
-    """
-    rig = bench(f"{name}:1", start_tick=1000)
-    rig.write(64, 1)
-    start = rig.clock.now()
-    for tick in range(1, 201):  # 200 Hz
-        rig.clock.advance_to(start + tick / 200)
-        rig.write(116, 1000 + 5 * tick, 4)
-    model = find_model(name)
-    gain = model.table["Position P Gain"].default / 128
-    speed = model.motor.no_load_speed / 60 * TICKS_PER_TURN
-    lag = PWM_FULL / (gain * speed)
-    assert lag < 0.080
-    behind = 2000 - rig.read(132, 4)
-    if model.table["Position D Gain"].default:
-        assert 1000 * lag < behind < 1600 * lag
-    else:
-        assert behind == pytest.approx(1000 * lag, abs=4.0)
-    rig.wait(1.0)
-    assert rig.read(132, 4) == 2000
-    assert rig.read(128, 4) == rig.read(124, 2) == 0
+def test_more_friction_takes_more_torque() -> None:
+    rig = OneAxis()
+    rig.axis.set_friction(30.0)
+    rig.axis.drive_duty(1.1 * 0.3)
+    rig.run(1.0)
+    assert rig.axis.angle == 0.0
+    rig.axis.drive_duty(1.0)
+    rig.run(1.0)
+    share = (1.0 - 30.0 * rig.motor.friction) / (1.0 - rig.motor.friction)
+    assert rig.axis.velocity == pytest.approx(share * rig.no_load_speed, rel=1e-9)

@@ -1,0 +1,148 @@
+"""An arm's MJCF made ready for servos: MuJoCo's model, and where each servo sits in it.
+
+What MuJoCo is told of a servo: the rotor's inertia, seen from the horn, is the joint's `armature`;
+back-EMF and drag of the gears are its `damping`, their friction its `frictionloss`. The last two
+are set anew in every step (`mujoco`), as torque off and faults change them.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_sim.errors import PlantError
+from firmware_sim.physics import kernel
+
+_STIFF_FRICTION = [0.9999, 0.9999, 0.001, 0.5, 2.0]
+"""MuJoCo's solimp for friction: as near to Coulomb's as it goes. With its default a joint that
+friction holds would creep by some tenths of a degree a second, with this by a millionth."""
+
+_QUICK_FRICTION = [2.0 * kernel.STEP, 1.0]
+"""MuJoCo's solref for friction: the shortest time that it takes, s, and critical damping."""
+
+_LIGHT = 1.0e-9
+"""Inertia of the body that turns with a servo outside the arm, kg m^2: its armature counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArmModel:
+    """MuJoCo's model of an arm and the rows of its servos.
+
+    Parameters
+    ----------
+    model, data : Any
+        MuJoCo's ``MjModel`` and ``MjData``.
+    positions : ndarray of int, shape (servos,)
+        Where each servo's joint stands in ``qpos``.
+    velocities : ndarray of int, shape (servos,)
+        Where it stands in ``qvel``.
+    """
+
+    model: Any
+    data: Any
+    positions: NDArray[np.intp]
+    velocities: NDArray[np.intp]
+
+
+def load_mujoco() -> ModuleType:
+    """Return the package, which is not needed by anything else.
+
+    Raises
+    ------
+    PlantError
+        If it is not installed.
+    """
+    try:
+        return importlib.import_module("mujoco")
+    except ImportError as error:
+        raise PlantError(
+            "the arm as rigid bodies needs MuJoCo: pip install 'armsyn[physics]'"
+        ) from error
+
+
+def build_model(mjcf: str, joints: Sequence[str | None], inertias: Sequence[float]) -> ArmModel:
+    """Compile MJCF with the servos in its joints.
+
+    Parameters
+    ----------
+    mjcf : str
+        Of the arm. Its time step, integrator and actuators are not used, nor are armature, damping,
+        friction and springs of the joints that have a servo.
+    joints : sequence of str or None
+        The joint that each servo turns; None for one outside the arm, such as a gripper's, which
+        gets a joint of its own that nothing else feels.
+    inertias : sequence of float
+        Of each motor with its gears, seen from the horn, kg m^2.
+
+    Returns
+    -------
+    ArmModel
+        With a time step of `kernel.STEP`.
+
+    Raises
+    ------
+    PlantError
+        If MuJoCo is missing, the text is no MJCF, or a joint is unknown or no hinge.
+    """
+    mujoco = load_mujoco()
+    try:
+        spec = mujoco.MjSpec.from_string(mjcf)
+        _set_options(mujoco, spec)
+        hinges = [_hinge(mujoco, spec, joint, k) for k, joint in enumerate(joints)]
+        for hinge in hinges:
+            _clear(hinge)
+        for hinge, inertia in zip(hinges, inertias, strict=True):
+            hinge.armature += inertia
+        model = spec.compile()
+    except ValueError as error:
+        if isinstance(error, PlantError):
+            raise
+        raise PlantError(
+            f"the arm's MJCF cannot be used: {' '.join(str(error).split())}"
+        ) from error
+    rows = [hinge.id for hinge in hinges]
+    return ArmModel(
+        model,
+        mujoco.MjData(model),
+        np.array(model.jnt_qposadr[rows], dtype=np.intp),
+        np.array(model.jnt_dofadr[rows], dtype=np.intp),
+    )
+
+
+def _set_options(mujoco: ModuleType, spec: Any) -> None:
+    spec.option.timestep = kernel.STEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+
+
+def _hinge(mujoco: ModuleType, spec: Any, joint: str | None, number: int) -> Any:
+    """Return a servo's joint, made for it if it sits outside the arm."""
+    if joint is None:
+        body = spec.worldbody.add_body(name=f"servo {number} alone")
+        body.explicitinertial = True
+        body.mass = _LIGHT
+        body.inertia = [_LIGHT] * 3
+        return body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
+    found = {known.name: known for known in spec.joints}
+    if joint not in found:
+        known = ", ".join(name for name in found if name) or "none"
+        raise PlantError(f"the arm's MJCF has no joint {joint!r}; its joints are {known}")
+    if found[joint].type != mujoco.mjtJoint.mjJNT_HINGE:
+        raise PlantError(f"the arm's joint {joint!r} is no hinge: no servo can turn it")
+    return found[joint]
+
+
+def _clear(hinge: Any) -> None:
+    """Take from a joint what its servos bring along."""
+    hinge.armature = 0.0
+    hinge.damping = 0.0 * hinge.damping
+    hinge.stiffness = 0.0 * hinge.stiffness
+    hinge.frictionloss = 0.0
+    hinge.solref_friction = _QUICK_FRICTION
+    hinge.solimp_friction = _STIFF_FRICTION
