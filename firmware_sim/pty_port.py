@@ -35,20 +35,63 @@ class PtyPort:
     """
 
     def __init__(self, link: Path | None = None) -> None:
-        self.link: Path | None = None
+        self.link = link
+        self.name = ""
+        """Where a client finds it; another after each `plug`, which the link follows."""
+        self.master = -1
         self.dropped_bytes = 0
         """Bytes no client took, bytes: a full buffer loses them as an idle line does."""
+        self._slave = -1
+        self._linked = False
+        self._mode: int | None = None
+        self.plug()
+
+    def plug(self) -> None:
+        """Make the port and its link, as an adapter that is plugged in.
+
+        Raises
+        ------
+        LinkTakenError
+            If the link's path exists or cannot be made; the port is gone then.
+        """
         # The slave stays open here, or the master would fail whenever no client has it open.
         self.master, self._slave = pty.openpty()
         try:
             tty.setraw(self._slave)
             os.set_blocking(self.master, False)
             self.name = os.ttyname(self._slave)
-            if link is not None:
-                self._make_link(link)
+            if self.link is not None:
+                self._make_link(self.link)
         except BaseException:
             self.close()
             raise
+
+    def close(self) -> None:
+        """Remove the link and close both ends, as an adapter pulled out; may be called twice."""
+        if self._linked and self.link is not None:
+            if self.link.is_symlink() and str(self.link.readlink()) == self.name:
+                self.link.unlink()
+            self._linked = False
+        for descriptor in (self.master, self._slave):
+            if descriptor >= 0:
+                os.close(descriptor)
+        self.master = self._slave = -1
+        self._mode = None
+
+    @property
+    def plugged(self) -> bool:
+        """Whether there is a port."""
+        return self.master >= 0
+
+    def forbid(self, *, on: bool) -> None:
+        """Let nobody open it, or everybody that may by right."""
+        if on == (self._mode is not None) or not self.plugged:
+            return
+        if on:
+            self._mode = os.fstat(self._slave).st_mode & 0o777
+        os.fchmod(self._slave, 0 if on else self._mode or 0)
+        if not on:
+            self._mode = None
 
     def _make_link(self, link: Path) -> None:
         try:
@@ -63,7 +106,7 @@ class PtyPort:
             raise LinkTakenError(
                 f"{link} cannot be made ({error.strerror}): give another --link", str(link)
             ) from error
-        self.link = link
+        self._linked = True
 
     def _is_stale(self, target: str) -> bool:
         """Return whether a link leads to a pseudo-terminal that is gone, or is ours by now."""
@@ -90,14 +133,3 @@ class PtyPort:
         except BlockingIOError:
             written = 0
         self.dropped_bytes += len(data) - written
-
-    def close(self) -> None:
-        """Remove the link and close both ends; may be called twice."""
-        if self.link is not None:
-            if self.link.is_symlink() and str(self.link.readlink()) == self.name:
-                self.link.unlink()
-            self.link = None
-        for descriptor in (self.master, self._slave):
-            if descriptor >= 0:
-                os.close(descriptor)
-        self.master = self._slave = -1

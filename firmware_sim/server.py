@@ -1,7 +1,8 @@
-"""The loop that joins a bus to a port in real time.
+"""The loop that joins a simulation to a port in real time.
 
 It sleeps until something arrives or falls due; bytes leave at absolute times on the monotonic
-clock.
+clock. What else is to be done (a trace to write, a table to show) is done in small pieces while
+the wire is idle, right after an answer has left.
 """
 
 from __future__ import annotations
@@ -11,14 +12,16 @@ import os
 import select
 import signal
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import FrameType
+from typing import Protocol
 
-from firmware_sim.bus import Bus, Transmission
+from firmware_sim.bus import Transmission
 from firmware_sim.clock import Clock, RealClock
 from firmware_sim.pty_port import PtyPort
+from firmware_sim.simulation import Simulation, queue
 
 _HOUSEKEEPING = 0.02
 """How often moving servos are brought up to date while nobody asks, s."""
@@ -37,28 +40,63 @@ adapter, and with half the work at 4 Mbaud."""
 _TIMER_SLACK_NS = 1000
 
 
+class Chore(Protocol):
+    """Something to be done in small pieces while the wire is idle."""
+
+    @property
+    def next_due(self) -> float:
+        """When there is something to do, s; infinity for not before something else happens."""
+
+    def work(self, now: float) -> None:
+        """Do a piece of it that takes a fraction of a millisecond, at a time in s."""
+
+
+class Guest(Protocol):
+    """Somebody who listens at descriptors of their own, such as a control socket."""
+
+    def descriptors(self) -> Sequence[int]:
+        """Return what to watch for something to read."""
+
+    def serve(self, ready: Sequence[int]) -> None:
+        """Deal with the descriptors that have something to read."""
+
+
 class Server:
-    """One bus behind one port.
+    """One simulation behind one port.
 
     Parameters
     ----------
-    bus : Bus
-        The servos.
+    simulation : Simulation
+        The servos and what goes wrong with them.
     port : PtyPort
         Where clients come.
     stdin : int or None
         A descriptor whose end of file ends the loop.
+    guests : sequence of Guest
+        Who else is listened to.
+    chores : sequence of Chore
+        What is done while the wire is idle.
     """
 
-    def __init__(self, bus: Bus, port: PtyPort, stdin: int | None = None) -> None:
-        self._bus = bus
+    def __init__(
+        self,
+        simulation: Simulation,
+        port: PtyPort,
+        stdin: int | None = None,
+        guests: Sequence[Guest] = (),
+        chores: Sequence[Chore] = (),
+    ) -> None:
+        self._simulation = simulation
         self._port = port
         self._stdin = stdin
+        self._guests = tuple(guests)
+        self._chores = tuple(chores)
         self._clock: Clock = RealClock()
         self._due: deque[Transmission] = deque()
         self._stopped = False
         self._wake_read, self._wake_write = os.pipe()
         os.set_blocking(self._wake_write, False)
+        self._always = [self._wake_read] if stdin is None else [self._wake_read, stdin]
 
     def run(self, announce: Callable[[], None]) -> None:
         """Serve until SIGINT, SIGTERM, or the end of the watched standard input.
@@ -67,6 +105,11 @@ class Server:
         ----------
         announce : callable
             Called once everything is ready, so that whoever hears it may stop the loop at once.
+
+        Raises
+        ------
+        LinkTakenError
+            If the port was unplugged for a while, and its link's path is taken by then.
         """
         _sharpen_timer()
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -84,32 +127,51 @@ class Server:
 
     def _turn(self) -> None:
         """Sleep until there is something to do, and do it."""
-        backlog = self._bus.wire_free - self._clock.now() - _BACKLOG
-        watched = [self._wake_read]
-        if self._stdin is not None:
-            watched.append(self._stdin)
-        if backlog <= 0.0:
-            watched.append(self._port.master)
-        ready = select.select(watched, [], [], self._patience(backlog))[0]
+        now = self._clock.now()
+        backlog = self._simulation.wire_free - now - _BACKLOG
+        watched = self._always
+        if backlog <= 0.0 and self._port.plugged:
+            watched = [*watched, self._port.master]
+        for guest in self._guests:
+            watched = [*watched, *guest.descriptors()]
+        ready = select.select(watched, [], [], self._patience(now, backlog))[0]
+        if ready:
+            self._hear(ready)
+        else:
+            queue(self._due, self._simulation.advance(self._clock.now()))
+        self._follow_plug()
+        self._speak()
+        if not self._due:
+            self._do_chores()
+
+    def _hear(self, ready: list[int]) -> None:
         if self._port.master in ready:
             self._listen()
+            if len(ready) == 1:
+                return
         if self._stdin in ready and not os.read(self._stdin, 4096):
             self._stopped = True
-        self._speak()
-        if not ready:
-            self._bus.advance(self._clock.now())
+        for guest in self._guests:
+            guest.serve(ready)
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
         self._stopped = True
 
-    def _patience(self, backlog: float) -> float | None:
+    def _patience(self, now: float, backlog: float) -> float | None:
         """Return how long to sleep, s; None for as long as nothing comes."""
+        simulation = self._simulation
+        wake = now + _HOUSEKEEPING if simulation.moving else float("inf")
         if self._due:
             moment, count = self._next_batch()
-            return max(0.0, moment - self._margin(count) - self._clock.now())
+            wake = min(wake, moment - self._margin(count))
+        elif self._chores:
+            wake = min(wake, *(chore.next_due for chore in self._chores))
         if backlog > 0.0:
-            return backlog
-        return _HOUSEKEEPING if self._bus.moving else None
+            wake = min(wake, now + backlog)
+        event = simulation.next_event
+        if event is not None:
+            wake = min(wake, event)
+        return None if wake == float("inf") else max(0.0, wake - now)
 
     def _next_batch(self) -> tuple[float, int]:
         """Return when to speak next, s, and how many answers leave then."""
@@ -130,7 +192,7 @@ class Server:
         chunk = self._port.read()
         if chunk:
             now = self._clock.now()
-            self._due += self._bus.receive(chunk, now, self._port.baud_rate)
+            queue(self._due, self._simulation.receive(chunk, now, self._port.baud_rate))
 
     def _speak(self) -> None:
         """Send what is due, waiting for what is about to be."""
@@ -140,7 +202,26 @@ class Server:
                 return
             while self._clock.now() < moment:
                 pass
-            self._port.write(b"".join(self._due.popleft().data for _ in range(count)))
+            data = b"".join(self._due.popleft().data for _ in range(count))
+            if self._port.plugged:
+                self._port.write(data)
+
+    def _follow_plug(self) -> None:
+        """Let the port be there, or not, as the simulation says."""
+        if self._simulation.unplugged == self._port.plugged:
+            if self._port.plugged:
+                self._port.close()
+                self._due.clear()
+            else:
+                self._port.plug()
+        self._port.forbid(on=self._simulation.forbidden)
+
+    def _do_chores(self) -> None:
+        now = self._clock.now()
+        for chore in self._chores:
+            if chore.next_due <= now:
+                chore.work(now)
+                return
 
 
 def _sharpen_timer() -> None:

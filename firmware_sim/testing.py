@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import select
 import subprocess
 import sys
@@ -12,8 +13,9 @@ from contextlib import contextmanager
 from firmware_sim.bus import Bus, Transmission
 from firmware_sim.clock import SteppedClock
 from firmware_sim.errors import SimulatorStartError
+from firmware_sim.simulation import Simulation, queue
 
-_START_PATIENCE = 10.0
+_START_PATIENCE = 60.0
 _STOP_PATIENCE = 5.0
 
 
@@ -28,7 +30,7 @@ class SimulatorProcess:
     Raises
     ------
     SimulatorStartError
-        If it does not offer a port within 10 s.
+        If it does not offer a port within 60 s: the first start on a machine compiles the physics.
     """
 
     def __init__(self, *arguments: str) -> None:
@@ -83,33 +85,48 @@ def running(*servos: str, arguments: tuple[str, ...] = ()) -> Iterator[str]:
 
 
 class SteppedPort:
-    """A serial port to a bus in the same process, on a clock that moves only by waiting.
+    """A serial port to a simulation in the same process, on a clock that moves only by waiting.
 
     The same requests at the same times give the same bytes, however slow the machine.
 
     Parameters
     ----------
-    bus : Bus
-        The servos.
+    simulation : Simulation or Bus
+        The servos, with or without faults.
     clock : SteppedClock
         Their time.
     baud_rate : float
         The client's, bit/s.
+
+    Raises
+    ------
+    OSError
+        From `write`, `in_waiting` and `read`, while the simulation is unplugged.
     """
 
-    def __init__(self, bus: Bus, clock: SteppedClock, baud_rate: float) -> None:
-        self.bus = bus
+    def __init__(self, simulation: Simulation | Bus, clock: SteppedClock, baud_rate: float) -> None:
+        if not isinstance(simulation, Simulation):
+            simulation = Simulation(simulation, clock.now())
+        self.simulation = simulation
         self.clock = clock
         self.baud_rate = baud_rate
         self._due: deque[Transmission] = deque()
         self._arrived = bytearray()
 
+    @property
+    def bus(self) -> Bus:
+        """The servos' bus."""
+        return self.simulation.bus
+
     def write(self, data: bytes) -> None:
         """Send bytes; no time passes."""
-        self._due += self.bus.receive(data, self.clock.now(), self.baud_rate)
+        self._check_plug()
+        now = self.clock.now()
+        queue(self._due, self.simulation.receive(data, now, self.baud_rate))
 
     def in_waiting(self) -> int:
         """How many bytes have arrived by now."""
+        self._check_plug()
         while self._due and self._due[0].due <= self.clock.now():
             self._arrived += self._due.popleft().data
         return len(self._arrived)
@@ -117,10 +134,8 @@ class SteppedPort:
     def read(self, size: int, timeout: float) -> bytes:
         """Return up to `size` bytes, waiting for them for at most `timeout` s."""
         deadline = self.clock.now() + timeout
-        while self.in_waiting() < size and self._due and self._due[0].due <= deadline:
-            self.clock.advance_to(self._due[0].due)
-        if self.in_waiting() < size:
-            self.clock.advance_to(deadline)
+        while self.in_waiting() < size and self.clock.now() < deadline:
+            self.wait_until(min(deadline, self._due[0].due if self._due else deadline))
         taken = bytes(self._arrived[:size])
         del self._arrived[:size]
         return taken
@@ -128,5 +143,26 @@ class SteppedPort:
     def exchange(self, request: bytes) -> bytes:
         """Send a request, wait until all answers have left the wire, and return them."""
         self.write(request)
-        self.clock.advance_to(self.bus.wire_free)
+        self.wait_until(max([self.simulation.wire_free, *(sent.due for sent in self._due)]))
         return self.read(self.in_waiting(), 0.0)
+
+    def wait_until(self, when: float) -> None:
+        """Let time pass until `when`, s, with all that happens by itself until then."""
+        event = self.simulation.next_event
+        while event is not None and event <= when:
+            self.clock.advance_to(event)
+            queue(self._due, self.simulation.advance(self.clock.now()))
+            following = self.simulation.next_event
+            if following is not None and following <= event:
+                break
+            event = following
+        self.clock.advance_to(when)
+
+    def _check_plug(self) -> None:
+        event = self.simulation.next_event
+        if event is not None and event <= self.clock.now():
+            queue(self._due, self.simulation.advance(self.clock.now()))
+        if self.simulation.unplugged:
+            self._due.clear()
+            self._arrived.clear()
+            raise OSError(errno.EIO, "the simulated port is unplugged")

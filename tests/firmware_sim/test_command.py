@@ -114,7 +114,7 @@ def test_another_simulators_link_is_left_alone(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ((), "one of the arguments --arm --rig --servo is required"),
+        ((), "say which servos: --servo, --arm or --rig"),
         (("--servo", "xm999:1"), "unknown servo model 'xm999'"),
         (("--servo", "xm430-w350:253"), "IDs go from 0 to 252"),
         (("--servo", "xm430-w350:1", "xl330-m288:1"), "ID 1 is given twice"),
@@ -166,7 +166,7 @@ def test_help_says_what_is_not_modelled() -> None:
     done = subprocess.run(
         [*COMMAND, "--help"], capture_output=True, text=True, timeout=20, check=True
     )
-    assert "--servo MODEL:ID" in done.stdout
+    assert "--servo MODEL[@FIRMWARE]:ID" in done.stdout
     assert "What is not modelled:" in done.stdout
 
 

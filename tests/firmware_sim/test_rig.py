@@ -4,9 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from firmware_sim.arm_search import find_arm
 from firmware_sim.errors import RigError
-from firmware_sim.rig import check_ids, parse_servo
-from firmware_sim.rig_file import SET_UP, find_arm, read_rig
+from firmware_sim.rig import Mount, Supply, check_ids, parse_servo, with_protocol
+from firmware_sim.rig_file import SET_UP, read_rig
+from firmware_sim.world import build_world
 
 FULL = """
 name = "an arm's own fields are none of the simulator's business"
@@ -38,12 +40,15 @@ def rig_file(folder: Path, text: str) -> Path:
 
 
 def test_reads_every_field(tmp_path: Path) -> None:
-    first, second = read_rig(rig_file(tmp_path, FULL))
+    rig = read_rig(rig_file(tmp_path, FULL))
+    first, second = rig.servos
     assert (first.model.name, first.servo_id, first.start_tick) == ("xm540-w270", 1, 2100)
-    assert (first.baud_code, first.return_delay, first.drive_mode) == (3, 0, 4)
+    assert first.registers == {"Baud Rate": 3, "Return Delay Time": 0, "Drive Mode": 4}
     assert first.supply_voltage == 12.5
-    assert (second.start_tick, second.baud_code, second.return_delay) == (900, 1, 250)
-    servo = first.build(0.0)
+    assert first.mount == Mount("shoulder_flexion", 1, 2048)
+    assert (second.start_tick, second.registers, second.mount) == (900, {}, None)
+    assert (rig.supply, rig.mjcf) == (Supply(), None)
+    servo = build_world(rig.servos).servos[0]
     assert (servo.baud_rate, servo.return_delay, servo.memory.value("Drive Mode")) == (
         1_000_000,
         0.0,
@@ -53,13 +58,67 @@ def test_reads_every_field(tmp_path: Path) -> None:
     assert servo.memory.value("Present Position") == 2100
 
 
+WIDE = """
+[supply]
+voltage = 11.1
+resistance = 0.05
+
+[plant]
+mjcf = "<mujoco/>"
+
+[[servo]]
+id = 3
+model = "xm430-w350"
+joint = "elbow"
+direction = -1
+zero_tick = 1000
+firmware = 44
+protocol = 1
+registers = { "Min Position Limit" = 1024, "Operating Mode" = 4 }
+"""
+
+
+def test_reads_supply_plant_and_registers(tmp_path: Path) -> None:
+    rig = read_rig(rig_file(tmp_path, WIDE))
+    assert (rig.supply, rig.mjcf) == (Supply(11.1, 0.05), "<mujoco/>")
+    (servo,) = rig.servos
+    assert servo.mount == Mount("elbow", -1, 1000)
+    assert servo.model.firmware == 44
+    assert servo.registers == {"Min Position Limit": 1024, "Operating Mode": 4, "Protocol Type": 1}
+    (tmp_path / "arm.xml").write_text("<mujoco/>")
+    beside = WIDE.replace('mjcf = "<mujoco/>"', 'file = "arm.xml"')
+    assert read_rig(rig_file(tmp_path, beside)).mjcf == "<mujoco/>"
+
+
+@pytest.mark.parametrize(
+    ("servo", "protocol", "spoken"),
+    [("ax-12a:1", 2, "1.0"), ("xl330-m288:1", 1, "2.0"), ("xl-320:9", 1, "2.0")],
+)
+def test_a_protocol_a_servo_cannot_speak_is_refused(servo: str, protocol: int, spoken: str) -> None:
+    with pytest.raises(RigError, match=f"{servo} speaks Protocol {spoken} only"):
+        with_protocol(parse_servo(servo), protocol)
+
+
+@pytest.mark.parametrize(
+    ("servo", "protocol"),
+    [("mx-28:1", 1), ("mx-28:1", 2), ("xm430-w350:1", 1), ("ax-12a:1", 1), ("xl-320:1", 2)],
+)
+def test_a_protocol_a_servo_can_speak_is_spoken(servo: str, protocol: int) -> None:
+    settings = with_protocol(parse_servo(servo), protocol)
+    assert build_world([settings]).servos[0].protocol == protocol
+
+
+def test_every_servo_begins_in_the_middle_of_its_range() -> None:
+    assert [parse_servo(text).start_tick for text in ("xm430-w350:1", "ax-12a:1")] == [2048, 512]
+
+
 SERVO = '[[servo]]\nid = 1\nmodel = "xm430-w350"\n'
 
 
 def test_an_arms_servos_are_as_its_set_up_leaves_them(tmp_path: Path) -> None:
-    first, second = read_rig(rig_file(tmp_path, FULL), SET_UP)
-    assert [servo.model.baud_rates[servo.baud_code] for servo in (first, second)] == [10**6] * 2
-    assert (first.return_delay, second.return_delay) == (0, 0)
+    servos = read_rig(rig_file(tmp_path, FULL), SET_UP).servos
+    assert [servo.registers["Baud Rate"] for servo in servos] == [3, 3]
+    assert [servo.registers["Return Delay Time"] for servo in servos] == [0, 0]
 
 
 @pytest.mark.parametrize(
@@ -77,8 +136,23 @@ def test_an_arms_servos_are_as_its_set_up_leaves_them(tmp_path: Path) -> None:
         (SERVO.replace("= 1", '= "1"'), 1, "id", "id = '1'"),
         (SERVO.replace("xm430", "xm999"), 1, "model", "unknown servo model 'xm999-w350'"),
         (SERVO + "baud = 12345", 1, "baud", "none of xm430-w350's 9600"),
-        (SERVO + "drive_mode = 2", 1, "drive_mode", "not simulated"),
+        (SERVO + "drive_mode = 2", 1, "Drive Mode", "Drive Mode = 2 is none that"),
         (SERVO + "rest_tick = 4096", 1, "rest_tick", "0 to 4095"),
+        (SERVO + "protocol = 3", 1, "protocol", "1 to 2"),
+        (SERVO + "firmware = 300", 1, "firmware", "0 to 255"),
+        (SERVO + "joint = 3", 1, "joint", "is not a text"),
+        (SERVO + 'joint = "a"\ndirection = 0', 1, "direction", "neither 1 nor -1"),
+        (SERVO + "registers = 3", 1, "registers", "is not a table"),
+        (SERVO + 'registers = {"Goal Position" = 3}', 1, "Goal Position", "no EEPROM register"),
+        (SERVO + 'registers = {"Model Number" = 3}', 1, "Model Number", "no EEPROM register"),
+        (SERVO + 'registers = {"ID" = 3}', 1, "ID", "given by id"),
+        (SERVO + 'registers = {"Operating Mode" = 2}', 1, "Operating Mode", "none that"),
+        (SERVO + 'registers = {"Shutdown" = true}', 1, "Shutdown", "not a whole number"),
+        (SERVO + "[supply]\nresistance = -1", 0, "resistance", "not a number of ohms"),
+        (SERVO + "[supply]\nvolts = 3", 0, "volts", "unknown field 'volts'"),
+        ("supply = 3\n" + SERVO, 0, "supply", "supply is not a table"),
+        (SERVO + "[plant]\nmjcf = 3", 0, "mjcf", "one text"),
+        (SERVO + '[plant]\nfile = "none.xml"', 0, "", "none.xml cannot be read"),
         (SERVO + SERVO, 2, "id", "id = 1 is table 1's too"),
         (SERVO + "return_delay_us = 5", 1, "return_delay_us", "multiple of 2 us"),
         (SERVO + "return_delay_us = 510", 1, "return_delay_us", "0 to 508"),
@@ -114,7 +188,10 @@ def test_refuses_files_that_are_not_there_not_text_or_far_too_large(tmp_path: Pa
         read_rig(tmp_path)
 
 
-@pytest.mark.parametrize("text", ["xm430-w350", "xm430-w350:", "xm430-w350:x", "xm430-w350:-1", ""])
+@pytest.mark.parametrize(
+    "text",
+    ["xm430-w350", "xm430-w350:", "xm430-w350:x", "xm430-w350:-1", "", "xm430-w350@:1", "a@x:1"],
+)
 def test_a_servo_is_written_as_model_and_id(text: str) -> None:
     with pytest.raises(RigError, match="MODEL:ID"):
         parse_servo(text)
@@ -125,8 +202,9 @@ def test_a_servo_on_the_command_line() -> None:
     assert (servo.model.name, servo.servo_id) == ("xm430-w350", 252)
     with pytest.raises(RigError, match="0 to 252"):
         parse_servo("xm430-w350:253")
+    assert parse_servo("xm430-w350@42:1").model.firmware == 42
     with pytest.raises(RigError, match="unknown servo model"):
-        parse_servo("ax-12a:1")
+        parse_servo("ax-12b:1")
 
 
 def test_duplicate_ids_are_refused() -> None:

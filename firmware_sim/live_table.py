@@ -1,0 +1,105 @@
+"""The table of servos on a terminal, drawn by a process of its own.
+
+Drawing takes many milliseconds, an answer on the wire less than one: the simulator only sends
+readings through a pipe (`table_feed`), which this module turns into a table:
+``python -m firmware_sim.live_table`` reads a JSON document a line until its input ends.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from collections.abc import Mapping
+from typing import Any, TextIO
+
+from rich.console import Console
+from rich.live import Live
+from rich.markup import escape
+from rich.table import Table
+
+COLUMNS = (
+    ("ID", "right"),
+    ("model", "left"),
+    ("mode", "left"),
+    ("torque", "left"),
+    ("position", "right"),
+    ("goal", "right"),
+    ("velocity", "right"),
+    ("current/load", "right"),
+    ("temp", "right"),
+    ("supply", "right"),
+    ("errors", "left"),
+    ("packets/s", "right"),
+    ("faults", "left"),
+)
+"""Headings and sides; a row has one text for each."""
+
+_NARROW = 110
+"""Below this width some columns are left out, characters."""
+
+_LEFT_OUT = frozenset(("temp", "supply", "mode"))
+_NICENESS = 10
+_RED = frozenset(("errors", "faults"))
+
+
+def draw(document: Mapping[str, Any], width: int) -> Table:
+    """Return the table of one document.
+
+    Parameters
+    ----------
+    document : mapping
+        ``title`` (text), ``rows`` (lists of texts, one for each of `COLUMNS`) and ``note`` (text).
+    width : int
+        Of the terminal, characters.
+
+    Returns
+    -------
+    rich.table.Table
+        Without what does not fit.
+    """
+    shown = [
+        place
+        for place, (name, _) in enumerate(COLUMNS)
+        if width >= _NARROW or name not in _LEFT_OUT
+    ]
+    table = Table(title=escape(document["title"]), caption=escape(document["note"]) or None)
+    for place in shown:
+        name, side = COLUMNS[place]
+        table.add_column(
+            name,
+            justify="right" if side == "right" else "left",
+            no_wrap=True,
+            style="red" if name in _RED else None,
+        )
+    for row in document["rows"]:
+        table.add_row(*(escape(str(row[place])) for place in shown))
+    return table
+
+
+def show(lines: TextIO, console: Console) -> None:
+    """Draw each document that arrives, until there are no more.
+
+    Parameters
+    ----------
+    lines : text file
+        One JSON document a line.
+    console : rich.console.Console
+        Where to draw.
+    """
+    with Live(console=console, auto_refresh=False, redirect_stdout=False) as live:
+        for line in lines:
+            live.update(draw(json.loads(line), console.width), refresh=True)
+
+
+def main() -> int:
+    """Draw on standard error what standard input says; Ctrl-C is for the simulator."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(_NICENESS)
+    show(sys.stdin, Console(stderr=True))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,136 @@
+"""What the command does: from its arguments to a simulator that serves."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from firmware_sim.errors import RigError
+from firmware_sim.rig import (
+    Rig,
+    ServoSettings,
+    check_ids,
+    parse_servo,
+    with_baud_rate,
+    with_protocol,
+)
+
+if TYPE_CHECKING:
+    from firmware_sim.pty_port import PtyPort
+    from firmware_sim.server import Chore, Server
+
+_MAX_RETURN_DELAY = 254
+
+_QUIET_START = 2.0
+"""A start that takes longer explains itself, s."""
+
+
+def choose_rig(arguments: argparse.Namespace) -> Rig:
+    """Return what a command line asks to be simulated.
+
+    Raises
+    ------
+    RigError
+        If it asks for the impossible.
+    """
+    if arguments.servo:
+        rig = Rig([parse_servo(text) for text in arguments.servo])
+    else:
+        rig = _read_rig(arguments)
+    check_ids(rig.servos)
+    return replace(rig, servos=[_override(servo, arguments) for servo in rig.servos])
+
+
+def _read_rig(arguments: argparse.Namespace) -> Rig:
+    from firmware_sim.arm_search import find_arm  # noqa: PLC0415 - no TOML reader for --servo
+    from firmware_sim.rig_file import SET_UP, read_rig  # noqa: PLC0415
+
+    if arguments.rig:
+        return read_rig(arguments.rig)
+    return read_rig(find_arm(arguments.arm, arguments.calibration), SET_UP)
+
+
+def _override(servo: ServoSettings, arguments: argparse.Namespace) -> ServoSettings:
+    """Return a servo with what the command line sets for all."""
+    if arguments.protocol is not None:
+        servo = with_protocol(servo, arguments.protocol)
+    if arguments.baud is not None:
+        servo = with_baud_rate(servo, arguments.baud)
+    delay = arguments.return_delay
+    if delay is None:
+        return servo
+    if not 0 <= delay <= _MAX_RETURN_DELAY:
+        raise RigError(f"--return-delay {delay} is not 0 to 254 (of 2 us)")
+    return servo.with_registers({"Return Delay Time": delay})
+
+
+def serve(arguments: argparse.Namespace) -> None:
+    """Simulate until a signal or the end of standard input.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        Of `arguments.build_parser`.
+
+    Raises
+    ------
+    SimulatorError
+        If what they ask for is not possible; nothing has been made then.
+    """
+    rig = choose_rig(arguments)
+    with ExitStack() as stack:
+        with _explained():
+            server, port = _prepare(rig, arguments, stack)
+        server.run(lambda: _announce(port.name, rig.servos))
+
+
+def _prepare(rig: Rig, arguments: argparse.Namespace, stack: ExitStack) -> tuple[Server, PtyPort]:
+    """Make everything, and leave in `stack` how it is undone."""
+    from firmware_sim.assembly import build_simulation  # noqa: PLC0415 - not for bad input
+    from firmware_sim.clock import RealClock  # noqa: PLC0415
+    from firmware_sim.pty_port import PtyPort  # noqa: PLC0415
+    from firmware_sim.server import Server  # noqa: PLC0415
+    from firmware_sim.state_file import StateKeeper, read_state  # noqa: PLC0415
+
+    snapshots = read_state(arguments.state, rig.servos) if arguments.state else None
+    simulation = build_simulation(
+        rig,
+        gap_rule=not arguments.no_gap_rule,
+        snapshots=snapshots,
+        when=RealClock().now(),
+    )
+    port = PtyPort(arguments.link)
+    stack.callback(port.close)
+    chores: list[Chore] = []
+    names = [servo.name for servo in rig.servos]
+    if arguments.state:
+        keeper = StateKeeper(arguments.state, simulation.bus.servos, names)
+        stack.callback(keeper.close)
+        chores.append(keeper)
+    stdin = sys.stdin.fileno() if arguments.exit_with_stdin else None
+    return Server(simulation, port, stdin, chores=chores), port
+
+
+def _announce(port_name: str, servos: Sequence[ServoSettings]) -> None:
+    print(port_name, flush=True)
+    names = ", ".join(servo.name for servo in servos)
+    print(f"firmware-sim: a simulation, no hardware: {names}", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _explained() -> Iterator[None]:
+    """Say what takes so long, if it does: the physics are compiled once on each machine."""
+    line = "firmware-sim: compiling the physics, this once: up to a minute"
+    timer = threading.Timer(_QUIET_START, print, (line,), {"file": sys.stderr, "flush": True})
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()
