@@ -6,6 +6,9 @@ the SDK's ``xc430_w150.model``. Motor: the same page, "Specifications", at 12.0 
 
 It has no current sensing: 126 is Present Load, and there is no Current Limit or Goal Current.
 
+By the page's figures the motor gives 1.06 times the power it takes (stall torque and no-load speed
+against volts and amperes): friction cannot be told from them.
+
 The range of Drive Mode is that of its section, "Drive Mode(10)", with bit 3 of firmware 45; the
 page's table stops at 5.
 """

@@ -10,6 +10,9 @@ newer firmware has 28 and data from 224 (``xl330_m077.model`` of the SDK against
 
 Protocol Type also names three protocols of remote controls (20 to 22).
 
+By the page's figures the motor gives 1.17 times the power it takes (stall torque and no-load speed
+against volts and amperes): friction cannot be told from them.
+
 That state of the page lacks Startup Configuration(60) and Backup Ready(147): they are those of its
 sections with these names, which all X330 pages share. Drive Mode ends at 5 in its table: bit 3 came
 with firmware 46.
