@@ -8,16 +8,27 @@ wire time after whatever was on the wire before it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
-from firmware_sim.line import garble, same_rate, wire_time
-from firmware_sim.parser import DamagedPacket, Packet, PacketParser
-from firmware_sim.protocol2 import execute, refuse_damaged
+from firmware_sim import protocol1, protocol2
+from firmware_sim.ears import Arrival, Ears
+from firmware_sim.line import collide, garble, same_rate, wire_time
+from firmware_sim.meaning import Heard, Said
+from firmware_sim.parser import DamagedPacket
+from firmware_sim.replies import Listeners, Turn, gather
 from firmware_sim.servo import Servo
+from firmware_sim.world import World
 
 GAP_TIME = 1.5e-3
-"""Silence within an instruction after which a servo gives it up, s, where `gap_rule` is on."""
+"""Silence within an instruction of protocol 2.0 after which a servo gives it up, s (e-Manual,
+"DYNAMIXEL Protocol 2.0", Byte to Byte Time)."""
+
+GAP_TIME_1 = 0.1
+"""The same of protocol 1.0, s (e-Manual, "DYNAMIXEL Protocol 1.0", Byte to Byte Time)."""
+
+_settings = attrgetter("servo_id", "secondary_id", "baud_rate", "protocol")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,30 +52,41 @@ class Bus:
 
     Parameters
     ----------
-    servos : sequence of Servo
-        Their IDs need not differ, as on a real bus.
+    world : World or sequence of Servo
+        The servos. Their IDs need not differ, as on a real bus: those of one ID talk at once.
     gap_rule : bool
-        Whether a silence of `GAP_TIME` within a frame makes the servos give it up.
+        Whether a silence within a frame makes the servos give it up.
     """
 
-    def __init__(self, servos: Sequence[Servo], gap_rule: bool = False) -> None:
-        self.servos = tuple(servos)
-        self.parser = PacketParser()
-        self._gap_rule = gap_rule
+    def __init__(self, world: World | Sequence[Servo], gap_rule: bool = True) -> None:
+        self.world = world if isinstance(world, World) else World(world)
+        self.ears = Ears()
+        self.observers: list[Callable[[Heard | Said], None]] = []
+        """Called with each frame heard and said."""
         self.wire_free = 0.0
         """When the last byte known of has left the wire, s."""
-        self._listeners: dict[int, list[Servo]] = {}
+        self._gap_rule = gap_rule
+        self._listeners = {1: gather(()), 2: gather(())}
         self._listeners_key: tuple[object, ...] = ()
+
+    @property
+    def servos(self) -> tuple[Servo, ...]:
+        """All of them."""
+        return self.world.servos
 
     @property
     def moving(self) -> bool:
         """Whether time must be told to it even without requests."""
-        return any(servo.moving for servo in self.servos)
+        return self.world.moving
+
+    @property
+    def next_event(self) -> float | None:
+        """When time must be told to it next even without requests, s; None for never."""
+        return self.world.next_event
 
     def advance(self, when: float) -> None:
         """Bring all servos to a time, s."""
-        for servo in self.servos:
-            servo.advance(when)
+        self.world.advance(when)
 
     def receive(self, chunk: bytes, when: float, baud_rate: float) -> list[Transmission]:
         """Take bytes from the client.
@@ -83,39 +105,47 @@ class Bus:
         list of Transmission
             The answers, in order of their due times.
         """
-        listeners = self._who_hears(baud_rate)
-        if self._gap_rule and self.parser.pending and when - self.wire_free > GAP_TIME:
-            self.parser.give_up()
+        if self._gap_rule:
+            self._forget_after(when - self.wire_free)
         begin = max(when, self.wire_free)
         self.wire_free = begin + wire_time(len(chunk), baud_rate)
-        if not listeners:
+        listeners = self._who_hears(baud_rate)
+        if not (listeners[1].everyone or listeners[2].everyone):
             return self._answer_noise(chunk, baud_rate)
-        before = self.parser.received
-        answers: list[Transmission] = []
+        sent: list[Transmission] = []
         wire_free = begin
-        for packet in self.parser.feed(chunk):
-            heard = max(begin + wire_time(max(0, packet.end - before), baud_rate), wire_free)
-            sent = self._answer(packet, self._who_hears(baud_rate), heard, baud_rate)
-            wire_free = sent[-1].due if sent else heard
-            answers += sent
+        for arrival in self.ears.feed(chunk, both=bool(listeners[1].everyone)):
+            end = max(begin + wire_time(max(0, arrival.end), baud_rate), wire_free)
+            answers = self._answer(arrival, self._who_hears(baud_rate), end, baud_rate)
+            wire_free = answers[-1].due if answers else end
+            sent += answers
         self.wire_free = max(self.wire_free, wire_free)
-        return answers
+        return sent
+
+    def _forget_after(self, silence: float) -> None:
+        """Let the servos give up unfinished frames after a silence, s."""
+        if silence > GAP_TIME:
+            self.ears.give_up(2)
+        if silence > GAP_TIME_1:
+            self.ears.give_up(1)
 
     def _answer(
-        self,
-        packet: Packet | DamagedPacket,
-        listeners: dict[int, list[Servo]],
-        heard: float,
-        baud_rate: float,
+        self, arrival: Arrival, listeners: dict[int, Listeners], end: float, baud_rate: float
     ) -> list[Transmission]:
+        """Let the servos act on a frame that ended at a time, s."""
+        protocol, packet, _end = arrival
+        for observer in self.observers:
+            observer(Heard(end, protocol, packet))
+        self.world.advance(end)
+        speak = protocol2 if protocol == 2 else protocol1
         if isinstance(packet, DamagedPacket):
-            replies = refuse_damaged(packet, listeners, heard)
+            turns = speak.refuse_damaged(packet, listeners[protocol])
         else:
-            replies = execute(packet, listeners, heard)
-        sent = []
-        for reply in replies:
-            heard += reply.delay + wire_time(len(reply.data), baud_rate)
-            sent.append(Transmission(heard, reply.data))
+            turns = speak.execute(packet, listeners[protocol], end)
+        sent = _schedule(turns, end, baud_rate)
+        for observer in self.observers:
+            for transmission in sent:
+                observer(Said(transmission.due, protocol, transmission.data))
         return sent
 
     def _answer_noise(self, chunk: bytes, baud_rate: float) -> list[Transmission]:
@@ -126,12 +156,29 @@ class Bus:
         self.wire_free += wire_time(len(noise), baud_rate)
         return [Transmission(self.wire_free, noise)]
 
-    def _who_hears(self, baud_rate: float) -> dict[int, list[Servo]]:
-        key = (baud_rate, *((servo.servo_id, servo.baud_rate) for servo in self.servos))
+    def _who_hears(self, baud_rate: float) -> dict[int, Listeners]:
+        """Return who hears each protocol at a baud rate."""
+        key = (baud_rate, *map(_settings, self.servos))
         if key != self._listeners_key:
             self._listeners_key = key
-            self._listeners = {}
-            for servo in self.servos:
-                if same_rate(baud_rate, servo.baud_rate):
-                    self._listeners.setdefault(servo.servo_id, []).append(servo)
+            hear = [servo for servo in self.servos if same_rate(baud_rate, servo.baud_rate)]
+            self._listeners = {
+                protocol: gather(servo for servo in hear if servo.protocol == protocol)
+                for protocol in (1, 2)
+            }
         return self._listeners
+
+
+def _schedule(turns: Sequence[Turn], request_end: float, baud_rate: float) -> list[Transmission]:
+    """Return answers with their times on the wire, one turn after the other."""
+    sent = []
+    free = request_end
+    for turn in turns:
+        frames = [(max(free, request_end + reply.turn) + reply.delay, reply.data) for reply in turn]
+        if len(frames) == 1:
+            ((start, data),) = frames
+            free = start + wire_time(len(data), baud_rate)
+        else:
+            free, data = collide(frames, baud_rate)
+        sent.append(Transmission(free, data))
+    return sent

@@ -1,6 +1,8 @@
-"""What a serial line makes of bytes that are sent at one baud rate and heard at another."""
+"""What a serial line makes of bytes: their time, wrong baud rates, and several who talk at once."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""
@@ -35,10 +37,48 @@ def garble(data: bytes, sent_at: float, heard_at: float) -> bytes:
         One byte for each start bit that the receiver believes to see; a missing stop bit is not
         held against it.
     """
-    levels: list[int] = []  # one a bit of the sender; the idle line is 1
+    return _hear(_levels(data), sent_at / heard_at)
+
+
+def collide(frames: Sequence[tuple[float, bytes]], baud_rate: float) -> tuple[float, bytes]:
+    """Return what is heard of several who talk on one line at once.
+
+    Parameters
+    ----------
+    frames : sequence of (float, bytes)
+        When each begins, s, and what it sends.
+    baud_rate : float
+        Of all of them, bit/s.
+
+    Returns
+    -------
+    due : float
+        When the last of them falls silent, s.
+    data : bytes
+        A line is low where anybody pulls it low, so that equal bytes at equal times survive.
+    """
+    first = min(start for start, _data in frames)
+    shifts = [round((start - first) * baud_rate) for start, _data in frames]
+    end = max(
+        shift + BITS_PER_BYTE * len(data) for shift, (_, data) in zip(shifts, frames, strict=True)
+    )
+    line = [1] * end
+    for shift, (_start, data) in zip(shifts, frames, strict=True):
+        for place, level in enumerate(_levels(data), shift):
+            line[place] &= level
+    return first + end / baud_rate, _hear(line, 1.0)
+
+
+def _levels(data: bytes) -> list[int]:
+    """Return the line's level for each bit of the sender; the idle line is 1."""
+    levels: list[int] = []
     for byte in data:
         levels += [0, *(byte >> bit & 1 for bit in range(8)), 1]
-    ratio = sent_at / heard_at
+    return levels
+
+
+def _hear(levels: Sequence[int], ratio: float) -> bytes:
+    """Return the bytes that a receiver finds, `ratio` bits of the line to one of its own."""
     heard = bytearray()
     position = 0.0  # in the sender's bits
     while position < len(levels):
