@@ -94,8 +94,11 @@ class Sensors:
 
     @property
     def settled(self) -> bool:
-        """Whether nothing will move until the next command."""
-        return self._row[k.SETTLED] != 0.0
+        """Whether nothing will happen until the next command.
+
+        An axis at full effort against something has not settled: its firmware may yet give up.
+        """
+        return self._row[k.SETTLED] != 0.0 and self._row[k.SATURATED_FOR] == 0.0
 
     @property
     def torque_on(self) -> bool:

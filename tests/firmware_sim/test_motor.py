@@ -168,7 +168,8 @@ def test_resting_warms_as_stepping_does() -> None:
     rested, stepped = OneAxis(), OneAxis()
     for rig in (rested, stepped):
         rig.axis.jam(on=True)
-    rested.axis.drive_duty(1.0)
+    rested.axis.drive_duty(0.9)
+    stepped.axis.set_caps(0.9)
     stepped.axis.set_velocity_gains(10.0, 1e-9)
     stepped.axis.drive_velocity(1.0)
     rested.run(30.0)

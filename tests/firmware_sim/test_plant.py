@@ -130,7 +130,8 @@ def test_seven_steps_are_seven_times_one_also_at_rest() -> None:
         plants[0].advance(7)
         for _ in range(7):
             plants[1].advance(1)
-    assert whole[0].settled
+    assert whole.column(kernel.SETTLED)[0]
+    assert not whole[0].settled  # its firmware may yet give up
     assert np.allclose(whole.state, cut.state, rtol=1e-11, atol=0.0)
     assert whole[0].saturated_for == pytest.approx(7.0)
 
