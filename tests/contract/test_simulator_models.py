@@ -5,7 +5,9 @@ from itertools import pairwise
 import pytest
 
 from firmware_sim.errors import RigError
+from firmware_sim.rig import ServoSettings
 from firmware_sim.tables import MODEL_NAMES, find_model
+from firmware_sim.world import build_world
 
 MX = ("mx-28", "mx-64", "mx-106")
 X330 = tuple(name for name in MODEL_NAMES if name[2:5] == "330")
@@ -99,3 +101,20 @@ def test_what_is_not_there_is_said(
 @pytest.mark.parametrize("name", MODEL_NAMES)
 def test_every_name_finds_its_model(name: str) -> None:
     assert find_model(name).name == find_model(name.upper()).name == name
+
+
+@pytest.mark.parametrize("firmware", [None, 44])
+@pytest.mark.parametrize("name", [n for n in MODEL_NAMES if n[0] in "2x" and n != "xl-320"] + [*MX])
+def test_every_servo_with_protocol_2_goes_where_it_is_told(name: str, firmware: int | None) -> None:
+    model = find_model(name, firmware, protocol=2)
+    world = build_world([ServoSettings(model, servo_id=1)])
+    (servo,) = world.servos
+    for register, value in (("Torque Enable", 1), ("Goal Position", 2100)):
+        at = model.table[register]
+        assert servo.write(at.address, value.to_bytes(at.size, "little")) == 0
+    world.advance(1.5)
+    _, identity = servo.read(0, 7)
+    assert identity[:2] == model.number.to_bytes(2, "little")
+    assert identity[6] == model.firmware
+    _, position = servo.read(model.table["Present Position"].address, 4)
+    assert abs(int.from_bytes(position, "little") - 2100) <= 12  # as the gains leave it
