@@ -38,16 +38,13 @@ class ArmModel:
     ----------
     model, data : Any
         MuJoCo's ``MjModel`` and ``MjData``.
-    positions : ndarray of int, shape (servos,)
-        Where each servo's joint stands in ``qpos``.
-    velocities : ndarray of int, shape (servos,)
-        Where it stands in ``qvel``.
+    places : ndarray of int, shape (2, servos)
+        Where each servo's joint stands in ``qpos``, and in ``qvel``.
     """
 
     model: Any
     data: Any
-    positions: NDArray[np.intp]
-    velocities: NDArray[np.intp]
+    places: NDArray[np.intp]
 
 
 def load_mujoco() -> ModuleType:
@@ -91,6 +88,7 @@ def build_model(mjcf: str, joints: Sequence[str | None], inertias: Sequence[floa
         If MuJoCo is missing, the text is no MJCF, or a joint is unknown or no hinge.
     """
     mujoco = load_mujoco()
+    mujoco.set_mju_user_warning(_keep_quiet)
     try:
         spec = mujoco.MjSpec.from_string(mjcf)
         _set_options(mujoco, spec)
@@ -107,12 +105,15 @@ def build_model(mjcf: str, joints: Sequence[str | None], inertias: Sequence[floa
             f"the arm's MJCF cannot be used: {' '.join(str(error).split())}"
         ) from error
     rows = [hinge.id for hinge in hinges]
-    return ArmModel(
-        model,
-        mujoco.MjData(model),
-        np.array(model.jnt_qposadr[rows], dtype=np.intp),
-        np.array(model.jnt_dofadr[rows], dtype=np.intp),
-    )
+    places = np.array([model.jnt_qposadr[rows], model.jnt_dofadr[rows]], dtype=np.intp)
+    return ArmModel(model, mujoco.MjData(model), places)
+
+
+def _keep_quiet(warning: str) -> None:
+    """Take MuJoCo's warnings, which it would write to a file in the working directory.
+
+    The one that matters, bodies moving without bound, the plant finds by itself.
+    """
 
 
 def _set_options(mujoco: ModuleType, spec: Any) -> None:

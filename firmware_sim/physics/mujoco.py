@@ -16,6 +16,7 @@ import numpy as np
 
 from firmware_sim.errors import PlantError
 from firmware_sim.physics import kernel
+from firmware_sim.physics.arm_kernel import COLUMNS, load_joints, read_joints
 from firmware_sim.physics.arm_model import build_model, load_mujoco
 from firmware_sim.physics.axis import Axes
 from firmware_sim.physics.plant import SUPPLY_RESISTANCE, make_supplies
@@ -69,29 +70,32 @@ class MujocoPlant:
         supply_resistance: float | Sequence[float] = SUPPLY_RESISTANCE,
     ) -> None:
         self.axes = axes
-        self._state = state = axes.state
-        several = isinstance(supply_resistance, Sequence)
-        self._supplies = make_supplies(supply_resistance if several else [supply_resistance])
-        arm = build_model(mjcf, joints, state[:, kernel.INERTIA].tolist())
-        self._step = load_mujoco().mj_step
-        self._model, self._data = arm.model, arm.data
+        self._state = axes.state
+        if isinstance(supply_resistance, Sequence):
+            self._supplies = make_supplies(supply_resistance)
+        else:
+            self._supplies = make_supplies([supply_resistance])
+        arm = build_model(mjcf, joints, self._state[:, kernel.INERTIA].tolist())
+        self._mj_step = load_mujoco().mj_step
+        self._arm = arm
         count = len(axes)
-        self._directions = np.array(directions or [1] * count, dtype=np.float64)
-        self._zeros = np.array(zeros or [0.0] * count, dtype=np.float64)
-        self._positions, self._velocities = arm.positions, arm.velocities
-        # Row of a joint, column of a servo: sums over the servos of each joint.
-        self._forward = np.zeros((arm.model.nv, count))
-        self._forward[arm.velocities, np.arange(count)] = self._directions
-        self._summed = np.abs(self._forward)
-        self._torques, self._dampings = np.zeros(count), np.zeros(count)
-        self._angles, self._speeds = np.zeros(count), np.zeros(count)
-        self._friction = np.zeros(arm.model.nv)
-        self._still = 0
+        self._mounts = np.array([directions or [1] * count, zeros or [0] * count], dtype=np.float64)
+        self._drives = np.zeros((2, count))  # torques and dampings of the motors
+        self._motion = np.zeros((2, count))  # angles and speeds of the motors
+        self._figures = np.array([_STANDING, kernel.STATIC_FRICTION, _JAM])
+        self._still_for = 0
+        # MuJoCo's own memory: what is written here is what it steps from
+        self._joints = (arm.data.qpos, arm.data.qvel)
+        self._sums = (arm.data.qfrc_applied, arm.model.dof_damping, arm.model.dof_frictionloss)
         self._place()
         self._check_start()
 
     def advance(self, steps: int) -> None:
         """Go on by a number of steps of `kernel.STEP`.
+
+        Parameters
+        ----------
+        steps : int
 
         Raises
         ------
@@ -99,61 +103,52 @@ class MujocoPlant:
             If the bodies' speeds grow without bound: MuJoCo gives up then.
         """
         state = self._state
-        if not np.array_equal(state[:, kernel.MOTOR_ANGLE], self._angles):
+        if not np.array_equal(state[:, kernel.MOTOR_ANGLE], self._motion[0]):
             self._place()  # an axis was put elsewhere, as when a state is restored
         if not state[:, kernel.SETTLED].all():
-            self._still = 0
+            self._still_for = 0
+        begun = self._arm.data.time
         for step in range(steps):
-            if self._still >= _STILL_STEPS:
+            if self._still_for >= _STILL_STEPS:
                 state[:, kernel.SETTLED] = 1.0
                 kernel.advance(state, self._supplies, steps - step)
                 return
             self._advance_once()
-        if self._data.warning.number.any():
+        if self._arm.data.time < begun:  # MuJoCo begins anew where speeds have no bound
             raise PlantError(
                 "the arm's bodies move without bound: check the masses and inertias in its MJCF"
             )
 
     def _advance_once(self) -> None:
-        state, data = self._state, self._data
-        kernel.drive(state, self._supplies, self._torques, self._dampings)
-        self._torques -= state[:, kernel.LOAD]
-        np.dot(self._forward, self._torques, out=data.qfrc_applied)
-        np.dot(self._summed, self._dampings, out=self._model.dof_damping)
-        standing = np.abs(data.qvel) < _STANDING
-        self._set_friction(standing)
-        self._step(self._model, data)
-        self._observe()
-        steady = (state[:, kernel.EFFORT] == state[:, kernel.LAST_DUTY]).all()
-        idle = steady and standing.all() and not state[:, kernel.UNDER_WAY].any()
-        self._still = self._still + 1 if idle else 0
-
-    def _set_friction(self, standing: kernel.FloatArray) -> None:
-        state = self._state
-        friction = state[:, kernel.FRICTION] * state[:, kernel.FRICTION_FACTOR]
-        np.dot(self._summed, friction + _JAM * state[:, kernel.JAMMED], out=self._friction)
-        self._friction[standing] *= kernel.STATIC_FRICTION
-        self._model.dof_frictionloss[:] = self._friction
-
-    def _observe(self) -> None:
-        """Tell the axes what their motors did."""
-        data = self._data
-        self._angles = self._zeros + self._directions * data.qpos[self._positions]
-        self._speeds = self._directions * data.qvel[self._velocities]
-        kernel.observe(self._state, self._angles, self._speeds)
+        state, arm, mounts = self._state, self._arm, self._mounts
+        drives, motion = self._drives, self._motion
+        positions, velocities = self._joints
+        kernel.drive(state, self._supplies, drives[0], drives[1])
+        load_joints(
+            state, COLUMNS, drives, arm.places[1], mounts[0], self._figures, velocities, *self._sums
+        )
+        self._mj_step(arm.model, arm.data)
+        still = read_joints(
+            state, COLUMNS, arm.places, mounts, _STANDING, positions, velocities, motion
+        )
+        kernel.observe(state, motion[0], motion[1])
+        self._still_for = self._still_for + 1 if still else 0
 
     def _place(self) -> None:
         """Put the joints where their axes are; of several on one joint the first counts."""
-        self._angles = self._state[:, kernel.MOTOR_ANGLE].copy()
-        backwards = slice(None, None, -1)  # what is written last stays
-        joint_angles = self._directions * (self._angles - self._zeros)
-        self._data.qpos[self._positions[backwards]] = joint_angles[backwards]
-        speeds = self._directions * self._state[:, kernel.MOTOR_SPEED]
-        self._data.qvel[self._velocities[backwards]] = speeds[backwards]
+        state, (directions, zeros) = self._state, self._mounts
+        self._motion[0] = state[:, kernel.MOTOR_ANGLE]
+        angles = directions * (self._motion[0] - zeros)
+        speeds = directions * state[:, kernel.MOTOR_SPEED]
+        for i in reversed(range(len(state))):  # what is written last stays
+            position, dof = self._arm.places[:, i]
+            self._joints[0][position] = angles[i]
+            self._joints[1][dof] = speeds[i]
 
     def _check_start(self) -> None:
-        found = self._zeros + self._directions * self._data.qpos[self._positions]
-        apart = np.abs(found - self._angles)
+        directions, zeros = self._mounts
+        found = zeros + directions * self._joints[0][self._arm.places[0]]
+        apart = np.abs(found - self._motion[0])
         if (apart > _DISAGREEMENT).any():
             worst = int(apart.argmax())
             raise PlantError(
