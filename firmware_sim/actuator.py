@@ -1,26 +1,48 @@
-"""What a servo's registers make its motor do.
+"""What goals and operating modes make a servo's motor do.
 
-Source: the e-Manual's X-series pages, "Control Table Description". Where the manual is silent: a
-goal written while the torque is off stays in Goal Position, so that a stale one makes the servo
-move at torque-on (seen by users: pollen-robotics/reachy_mini issue 1136).
+Source: the e-Manual's X-series pages, "Operating Mode(11)", "Goal PWM(100)" to "Goal
+Position(116)", "Profile Acceleration(108)" and "Profile Velocity(112)". Where the manual is silent:
+
+- A goal written while the torque is off stays, so that a stale Goal Position makes the servo move
+  at torque-on (seen by users: pollen-robotics/reachy_mini issue 1136).
+- After a boot and a change of mode, Goal Position is where the horn is, and the goal that leads in
+  current, velocity and PWM mode is 0, so that nothing turns until one is written. The manual lets
+  Goal PWM and Goal Current be their limits after a change of mode; here they are, where they limit.
 """
 
 from __future__ import annotations
 
-from firmware_sim.codes import TIME_BASED_PROFILE, HardwareError
-from firmware_sim.drive import PositionDrive
-from firmware_sim.frame import PositionFrame
-from firmware_sim.memory import Memory
-from firmware_sim.model import ACCELERATION_UNIT, VELOCITY_UNIT, ServoModel
-from firmware_sim.motor import Motor
-from firmware_sim.profile import Profile, time_profile, velocity_profile
+import math
+from collections.abc import Callable
 
-_POSITION_GAINS = ("Position P Gain", "Position I Gain", "Position D Gain")
+from firmware_sim.codes import (
+    CURRENT_MODES,
+    POSITION_MODES,
+    TIME_BASED_PROFILE,
+    OperatingMode,
+)
+from firmware_sim.frame import PositionFrame
+from firmware_sim.gains import GAIN_NAMES, set_gains
+from firmware_sim.memory import Memory
+from firmware_sim.model import ServoModel
+from firmware_sim.physics.axis import Axis
+from firmware_sim.physics.profile import Profile, time_profile, velocity_profile
+from firmware_sim.pwm_slope import PwmSlope
+from firmware_sim.rules import LIMITED_BY
+from firmware_sim.timeline import Timeline
+
 _MILLISECOND = 1.0e-3
+
+_LEADING_GOAL = {
+    OperatingMode.CURRENT: "Goal Current",
+    OperatingMode.VELOCITY: "Goal Velocity",
+    OperatingMode.PWM: "Goal PWM",
+}
+"""The goal that leads in a mode without position control."""
 
 
 class Actuator:
-    """Registers on one side, a driven motor on the other.
+    """Registers on one side, a driven axis on the other.
 
     Parameters
     ----------
@@ -28,107 +50,159 @@ class Actuator:
         What it is.
     memory : Memory
         Its registers, with their EEPROM values in place.
-    start_tick : int
-        Where its horn lies, as Present Position reads with those values.
-    supply_voltage : float
-        V.
+    axis : Axis
+        What it drives.
+    timeline : Timeline
+        The time.
     """
 
-    def __init__(
-        self, model: ServoModel, memory: Memory, start_tick: int, supply_voltage: float
-    ) -> None:
+    def __init__(self, model: ServoModel, memory: Memory, axis: Axis, timeline: Timeline) -> None:
         self._memory = memory
-        self.supply_voltage = supply_voltage
-        self.frame = PositionFrame(memory)
-        self.drive = PositionDrive(Motor(model.motor, self.frame.angle(start_tick), supply_voltage))
-        self.shut_down = False
-        """Whether a hardware error has taken the torque away until a reboot."""
+        self._units = model.units
+        self._current_unit = model.current_unit or 0.0
+        self.axis = axis
+        self.frame = PositionFrame(memory, model.units)
+        self.slope = PwmSlope(model, memory, axis, timeline)
+        self._lead_by_mode: dict[int, Callable[[], None]] = {
+            OperatingMode.CURRENT: self._lead_current,
+            OperatingMode.VELOCITY: self._lead_velocity,
+            OperatingMode.PWM: self._lead_pwm,
+        }
+        self._read_mode()
 
     def boot(self) -> None:
-        """Begin with the registers as a boot leaves them: torque off, goal where the horn is."""
-        self.shut_down = False
-        self.drive.release()
+        """Begin with the registers as a boot leaves them: torque off, nothing to be done."""
+        self.axis.release()
+        self.frame.fold(self.axis.ticks)
         self.reset_goals()
-        self.frame.fold(self.drive.motor.angle)
         self.take_settings()
-        self._memory.store("Goal Position", self.frame.position(self.drive.motor.angle))
-        tenths = round(self.supply_voltage * 10.0)
-        value = self._memory.value
-        if not value("Min Voltage Limit") <= tenths <= value("Max Voltage Limit"):
-            self.raise_hardware_error(HardwareError.INPUT_VOLTAGE)
 
     def take_settings(self) -> None:
-        """Read gains, limits and counting again."""
-        value = self._memory.value
+        """Read mode, gains, limits and counting again."""
+        self._read_mode()
         self.frame.update()
-        self.drive.pwm_cap = float(abs(value("Goal PWM")))
-        proportional, integral, derivative = (value(name) for name in _POSITION_GAINS)
-        self.drive.set_gains(proportional, integral, derivative)
+        set_gains(self.axis, self._memory, self._units)
+        self.take_caps()
+
+    def take_caps(self) -> None:
+        """Read again what caps duty and current."""
+        value = self._memory.value
+        pwm = value("PWM Limit" if self._mode == OperatingMode.PWM else "Goal PWM")
+        current = math.inf
+        if self._mode in CURRENT_MODES:
+            leads = self._mode == OperatingMode.CURRENT
+            current = abs(value("Current Limit" if leads else "Goal Current")) * self._current_unit
+        self.axis.set_caps(abs(pwm) / self._units.pwm_full, current)
 
     def set_torque(self, on: bool) -> None:
         """Switch the torque, and start for the goal when it goes on."""
         self._memory.store("Torque Enable", int(on))
         if not on:
-            self.drive.release()
-        elif not self.drive.torque_on:
-            if self.frame.in_position_mode:
-                self.frame.fold(self.drive.motor.angle)
-            self.drive.engage()
-            self.start_for_goal()
+            self.slope.end()
+            self.axis.release()
+        elif not self.axis.torque_on:
+            if self._mode == OperatingMode.POSITION:
+                self.frame.fold(self.axis.ticks)
+            self.axis.hold()
+            self.lead()
 
-    def start_for_goal(self) -> None:
-        """Make a profile to Goal Position, if the torque is on."""
-        if self.drive.torque_on:
-            self.drive.follow(self._profile_to(self._memory.value("Goal Position")))
+    def lead(self) -> None:
+        """Go for the goal of the mode, if the torque is on."""
+        if self.axis.torque_on:
+            self._lead_by_mode.get(self._mode, self._lead_position)()
 
-    def _profile_to(self, goal: int) -> Profile:
-        angle = self.frame.angle(goal)
-        velocity = self._memory.value("Profile Velocity")
-        acceleration = self._memory.value("Profile Acceleration")
-        start, speed = self.drive.trajectory, self.drive.trajectory_velocity
-        if self._memory.value("Drive Mode") & TIME_BASED_PROFILE:
-            return time_profile(
-                start, speed, angle, velocity * _MILLISECOND, acceleration * _MILLISECOND
-            )
-        return velocity_profile(
-            start, speed, angle, velocity * VELOCITY_UNIT, acceleration * ACCELERATION_UNIT
-        )
+    def leads_by(self, goal: str) -> bool:
+        """Whether a new value of this goal is something to go for in the present mode."""
+        return goal == _LEADING_GOAL.get(OperatingMode(self._mode), "Goal Position")
 
     def switch_mode(self) -> None:
         """Do what a new Operating Mode(11) does: gains, profile and goals start anew."""
-        by_name = self._memory.table.by_name
-        for name in _POSITION_GAINS:
-            self._memory.store(name, by_name[name].default)
+        table = self._memory.table
+        for name in GAIN_NAMES:
+            self._memory.store(name, table[name].default)
         for name in ("Profile Velocity", "Profile Acceleration"):
             self._memory.store(name, 0)
+        self.take_settings()
+        if self._mode in (OperatingMode.POSITION, OperatingMode.EXTENDED_POSITION):
+            self.frame.fold(self.axis.ticks)
         self.reset_goals()
-        if self.frame.in_position_mode:
-            self.frame.fold(self.drive.motor.angle)
         self.take_settings()
 
     def reset_goals(self) -> None:
-        """Put Goal PWM, Goal Current and Goal Velocity to their limits."""
-        value = self._memory.value
-        self._memory.store("Goal PWM", value("PWM Limit"))
-        if "Goal Current" in self._memory.table.by_name:
-            self._memory.store("Goal Current", value("Current Limit"))
-        self._memory.store("Goal Velocity", value("Velocity Limit"))
+        """Put goals that limit to their limits, and goals that lead to rest."""
+        for goal, limit in LIMITED_BY.items():
+            if goal in self._memory.table.by_name:
+                self._memory.store(goal, self._memory.value(limit))
+        leading = _LEADING_GOAL.get(OperatingMode(self._memory.value("Operating Mode")))
+        if leading is not None:
+            self._memory.store(leading, 0)
+        self._store_position(self.axis.angle)
+
+    def keep_goals_within_limits(self) -> None:
+        """Bring goals within limits that were lowered."""
+        for goal, limit in LIMITED_BY.items():
+            if goal in self._memory.table.by_name:
+                most = self._memory.value(limit)
+                kept = max(-most, min(most, self._memory.value(goal)))
+                self._memory.store(goal, kept)
 
     def stop(self) -> None:
-        """Stop where the horn is, and hold there."""
-        self.drive.stop()
-        self._memory.store("Goal Position", self.frame.position(self.drive.goal))
+        """Stop, and hold if there is position control."""
+        leading = _LEADING_GOAL.get(OperatingMode(self._mode))
+        if leading is None:
+            self.axis.hold()
+            self._store_position(self.axis.reference_goal)
+        else:
+            self._memory.store(leading, 0)
+            self.lead()
 
-    def advance(self, steps: int) -> None:
-        """Go on by a number of steps of physics."""
-        self.drive.advance(steps)
-        if self.drive.motor.temperature > self._memory.value("Temperature Limit"):
-            self.raise_hardware_error(HardwareError.OVERHEATING)
+    def clear_turns(self) -> None:
+        """Count positions from the present turn on; goals keep meaning the same angle."""
+        goal = self.frame.angle(self._memory.value("Goal Position"))
+        self.frame.fold(self.axis.ticks)
+        self._store_position(goal)
 
-    def raise_hardware_error(self, error: HardwareError) -> None:
-        """Set a bit of Hardware Error Status(70); if Shutdown(63) has it too, drop the torque."""
-        status = self._memory.value("Hardware Error Status")
-        self._memory.store("Hardware Error Status", status | error)
-        if error & self._memory.value("Shutdown") and not self.shut_down:
-            self.shut_down = True
-            self.set_torque(on=False)
+    def _read_mode(self) -> None:
+        self._mode = self._memory.value("Operating Mode")
+        self.in_position_mode = self._mode in POSITION_MODES
+
+    def _store_position(self, angle: float) -> None:
+        self._memory.store("Goal Position", self.frame.position(angle))
+
+    def _lead_position(self) -> None:
+        self.axis.follow(self._profile_to(self._memory.value("Goal Position")))
+
+    def _profile_to(self, goal: int) -> Profile:
+        value = self._memory.value
+        axis = self.axis
+        angle = self.frame.angle(goal)
+        velocity, acceleration = value("Profile Velocity"), value("Profile Acceleration")
+        start, speed = axis.reference, axis.reference_velocity
+        if value("Drive Mode") & TIME_BASED_PROFILE:
+            return time_profile(
+                start, speed, angle, velocity * _MILLISECOND, acceleration * _MILLISECOND
+            )
+        units = self._units
+        return velocity_profile(
+            start, speed, angle, velocity * units.velocity, acceleration * units.acceleration
+        )
+
+    def _lead_velocity(self) -> None:
+        value = self._memory.value
+        speed = self.frame.direction * value("Goal Velocity") * self._units.velocity
+        ramp = value("Profile Acceleration")
+        if not value("Drive Mode") & TIME_BASED_PROFILE:
+            acceleration = ramp * self._units.acceleration
+        elif ramp:
+            acceleration = abs(speed - self.axis.reference_velocity) / (ramp * _MILLISECOND)
+        else:
+            acceleration = 0.0
+        self.axis.drive_velocity(speed, acceleration)
+
+    def _lead_current(self) -> None:
+        goal = self._memory.value("Goal Current")
+        self.axis.drive_current(self.frame.direction * goal * self._current_unit)
+
+    def _lead_pwm(self) -> None:
+        goal = self._memory.value("Goal PWM")
+        self.slope.drive_to(self.frame.direction * goal / self._units.pwm_full)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from functools import partial
 
 from firmware_sim.control_table import Area, ControlTable, Register
@@ -40,14 +41,6 @@ class Memory:
             if register.area is area:
                 self.store(register.name, register.default)
 
-    def values(self, area: Area) -> dict[str, int]:
-        """Return what all registers of one area hold, by name."""
-        return {
-            register.name: self.value(register.name)
-            for register in self.table.registers
-            if register.area is area
-        }
-
     def value(self, name: str) -> int:
         """Return what the register of this name holds, with its sign."""
         value: int = self._readers[name]()[0]
@@ -57,6 +50,26 @@ class Memory:
         """Set the register of this name; the value must fit into its bytes."""
         codec, address = self._codecs[name]
         codec.pack_into(self.data, address, value)
+
+    def filler(self, name: str, measure: Callable[[], int]) -> Callable[[], None]:
+        """Return what puts a measured value into the register of this name.
+
+        A value too large for its bytes wraps, as a counter's does.
+        """
+        codec, address = self._codecs[name]
+        register = self.table.by_name[name]
+        data, pack_into = self.data, codec.pack_into
+        bits = 8 * register.size
+        half = 1 << (bits - 1) if register.signed else 0
+
+        def fill() -> None:
+            value = measure()
+            try:
+                pack_into(data, address, value)
+            except struct.error:
+                pack_into(data, address, (value + half) % (1 << bits) - half)
+
+        return fill
 
 
 def _codec(register: Register) -> struct.Struct:

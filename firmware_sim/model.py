@@ -8,6 +8,18 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from firmware_sim.control_table import ControlTable
+from firmware_sim.physics.motor_data import MotorData
+
+__all__ = [
+    "ALL_MODES",
+    "MODES_WITHOUT_CURRENT",
+    "PWM_FULL",
+    "TICKS_PER_TURN",
+    "X_BAUD_RATES",
+    "MotorData",
+    "ServoModel",
+    "Units",
+]
 
 TICKS_PER_TURN = 4096
 """Encoder counts of one turn of the horn, X series (e-Manual, "Degree of Precision")."""
@@ -67,32 +79,6 @@ class Units:
     def angle(self) -> float:
         """Rad of one tick."""
         return 2.0 * math.pi / self.ticks_per_turn
-
-
-@dataclass(frozen=True, slots=True)
-class MotorData:
-    """A motor with its gears, at the horn, as its data sheet has it.
-
-    Parameters
-    ----------
-    nominal_voltage : float
-        Of the figures below, V.
-    stall_torque : float
-        N m.
-    stall_current : float
-        A.
-    no_load_speed : float
-        rev/min.
-    inertia : float
-        Rotor and gears seen from the horn, with a light horn, kg m^2. No data sheet has it: it is
-        chosen for a mechanical time constant of about 10 ms.
-    """
-
-    nominal_voltage: float
-    stall_torque: float
-    stall_current: float
-    no_load_speed: float
-    inertia: float
 
 
 @dataclass(frozen=True, slots=True)

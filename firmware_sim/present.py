@@ -1,89 +1,151 @@
-"""The present values in registers 120 to 146, made when somebody reads them.
+"""The measured values in registers 120 to 146, each made when somebody reads it.
 
-Source: e-Manual, "Realtime Tick(120)" to "Present Temperature(146)". The manual does not say how
-near counts as in position, nor how far as a following error: see the constants.
+Source: e-Manual, "Realtime Tick(120)" to "Present Temperature(146)", "External Port Data(152)". The
+manual does not say how near counts as in position, nor how far as a following error: see the
+constants.
 """
 
 from __future__ import annotations
 
 import math
-import struct
+from collections.abc import Callable
 
 from firmware_sim.actuator import Actuator
-from firmware_sim.drive import PositionDrive
 from firmware_sim.memory import Memory
-from firmware_sim.model import VELOCITY_UNIT, ServoModel
+from firmware_sim.model import ServoModel
+from firmware_sim.rules import PORT_OUTPUT
+from firmware_sim.timeline import Timeline
 
-IN_POSITION = 10.0
+IN_POSITION = 10
 """Distance to the goal that counts as in position, ticks."""
 
-FOLLOWING_ERROR = 100.0
+FOLLOWING_ERROR = 100
 """Distance to the trajectory that counts as a following error, ticks."""
-
-FIRST = 120
-"""Address of the first such register."""
-
-_LAYOUT = struct.Struct("<HBBhhiiiiHB")
-
-END = FIRST + _LAYOUT.size
-"""Address after the last."""
 
 _TICK_WRAP = 32_768
 _ONGOING = 0x02
 _REACHED = 0x01
 _FOLLOWING = 0x08
+_PULLED_UP = 2
+_LARGEST_LOAD = 1000
 
 
-def write_present(memory: Memory, model: ServoModel, actuator: Actuator, uptime: float) -> None:
-    """Put the present values into their registers.
+class Present:
+    """The measured values of one servo.
 
     Parameters
     ----------
-    memory : Memory
-        Where they go.
     model : ServoModel
         Whose they are.
+    memory : Memory
+        Its settings.
     actuator : Actuator
         What they are read from.
-    uptime : float
-        Since the last boot, s.
+    timeline : Timeline
+        The time.
     """
-    drive, frame = actuator.drive, actuator.frame
-    motor = drive.motor
-    sign = frame.direction
-    fast = abs(motor.velocity) > memory.value("Moving Threshold") * VELOCITY_UNIT
-    _LAYOUT.pack_into(
-        memory.data,
-        FIRST,
-        math.floor(uptime * 1e3 + 1e-6) % _TICK_WRAP,  # Realtime Tick
-        fast or drive.under_way,  # Moving
-        moving_status(drive),  # Moving Status
-        round(sign * drive.pwm),  # Present PWM
-        sign * _effort(model, actuator),  # Present Current, or Present Load
-        round(sign * motor.velocity / VELOCITY_UNIT),  # Present Velocity
-        frame.position(motor.angle),  # Present Position
-        round(sign * drive.trajectory_velocity / VELOCITY_UNIT),  # Velocity Trajectory
-        frame.position(drive.trajectory),  # Position Trajectory
-        round(actuator.supply_voltage * 10.0),  # Present Input Voltage
-        min(255, round(motor.temperature)),  # Present Temperature
-    )
 
+    def __init__(
+        self, model: ServoModel, memory: Memory, actuator: Actuator, timeline: Timeline
+    ) -> None:
+        self._memory = memory
+        self._actuator = actuator
+        self._axis = actuator.axis
+        self._frame = actuator.frame
+        self._timeline = timeline
+        self._pwm = float(model.units.pwm_full)
+        self._per_velocity = 1.0 / model.units.velocity
+        self._tick = model.units.angle
+        self._velocity_unit = model.units.velocity
+        self._per_ampere = 1.0 / model.current_unit if model.current_unit else 0.0
+        self.booted_at = timeline.now
+        """When it began, s."""
+        self._measures: dict[str, Callable[[], int]] = {
+            "Realtime Tick": self._realtime_tick,
+            "Moving": self._moving,
+            "Moving Status": self._moving_status,
+            "Present PWM": self._present_pwm,
+            "Present Current": self._present_current,
+            "Present Load": self._present_load,
+            "Present Velocity": self._present_velocity,
+            "Present Position": self._present_position,
+            "Velocity Trajectory": self._velocity_trajectory,
+            "Position Trajectory": self._position_trajectory,
+            "Present Input Voltage": self._present_input_voltage,
+            "Present Temperature": self._present_temperature,
+        }
+        for number in (1, 2, 3):
+            name = f"External Port Data {number}"
+            if name in model.table.by_name:
+                self._measures[name] = self._port(number)
 
-def moving_status(drive: PositionDrive) -> int:
-    """Return what Moving Status(123) reads."""
-    status = int(drive.kind)
-    if drive.under_way:
-        status |= _ONGOING
-    elif abs(drive.goal - drive.motor.angle) <= IN_POSITION:
-        status |= _REACHED
-    if abs(drive.trajectory - drive.motor.angle) > FOLLOWING_ERROR:
-        status |= _FOLLOWING
-    return status
+    def measure(self, name: str) -> Callable[[], int] | None:
+        """Return what measures a register, None if it reads what was stored."""
+        return self._measures.get(name)
 
+    def _realtime_tick(self) -> int:
+        uptime = self._timeline.now - self.booted_at
+        return math.floor(uptime * 1e3 + 1e-6) % _TICK_WRAP
 
-def _effort(model: ServoModel, actuator: Actuator) -> int:
-    """Return the current in the model's unit, or torque in 0.1 % where none is sensed."""
-    motor = actuator.drive.motor
-    if model.current_unit is not None:
-        return round(motor.current / model.current_unit)
-    return max(-1000, min(1000, round(motor.relative_torque * 1000.0)))
+    def _moving(self) -> int:
+        threshold = self._memory.value("Moving Threshold") * self._velocity_unit
+        return int(abs(self._axis.velocity) > threshold or self._axis.under_way)
+
+    def _moving_status(self) -> int:
+        axis = self._axis
+        status = int(axis.kind)
+        if axis.under_way:
+            status |= _ONGOING
+        if self._actuator.in_position_mode:
+            angle = axis.ticks * self._tick
+            if not axis.under_way and self._is_near(axis.reference_goal, angle, IN_POSITION):
+                status |= _REACHED
+            if not self._is_near(axis.reference, angle, FOLLOWING_ERROR):
+                status |= _FOLLOWING
+        return status
+
+    def _is_near(self, wanted: float, angle: float, ticks: int) -> bool:
+        return abs(wanted - angle) <= (ticks + 0.5) * self._tick
+
+    def _present_pwm(self) -> int:
+        return round(self._frame.direction * self._axis.duty * self._pwm)
+
+    def _present_current(self) -> int:
+        return round(self._frame.direction * self._axis.current * self._per_ampere)
+
+    def _present_load(self) -> int:
+        load = round(self._frame.direction * self._axis.relative_torque * _LARGEST_LOAD)
+        return max(-_LARGEST_LOAD, min(_LARGEST_LOAD, load))
+
+    def _present_velocity(self) -> int:
+        return round(self._frame.direction * self._axis.velocity * self._per_velocity)
+
+    def _present_position(self) -> int:
+        frame = self._frame
+        return frame.direction * self._axis.ticks + frame.shift
+
+    def _velocity_trajectory(self) -> int:
+        return round(self._frame.direction * self._axis.reference_velocity * self._per_velocity)
+
+    def _position_trajectory(self) -> int:
+        if not self._actuator.in_position_mode:
+            return self._present_position()
+        return self._frame.position(self._axis.reference)
+
+    def _present_input_voltage(self) -> int:
+        return round(self._axis.voltage * 10.0)
+
+    def _present_temperature(self) -> int:
+        return round(self._axis.temperature)
+
+    def _port(self, number: int) -> Callable[[], int]:
+        """Return what reads an external port with nothing attached: pull-ups read 1."""
+        mode_name, data_name = f"External Port Mode {number}", f"External Port Data {number}"
+
+        def read() -> int:
+            mode = self._memory.value(mode_name)
+            if mode == PORT_OUTPUT:
+                return self._memory.value(data_name)
+            return int(mode == _PULLED_UP)
+
+        return read

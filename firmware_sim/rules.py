@@ -1,115 +1,139 @@
-"""Which writes a servo refuses, and with which error number.
+"""Which writes a servo of the X series refuses, and with which error number.
 
 Source: e-Manual, Protocol 2.0, "Error": data range for a value outside the register's own range,
 data limit for one outside a limit register, data length for part of a register, access for
 read-only, undefined, and EEPROM while torque is on; "Bus Watchdog(98)": goals are refused with a
-data range error after it expired.
+data range error after it expired; "External Port Data(152)": written in output mode only. Where the
+manual is silent: Torque Enable is refused with a result fail after a shutdown.
 """
 
 from __future__ import annotations
 
-from firmware_sim.codes import OperatingMode, StatusError
-from firmware_sim.control_table import Access, Area, Register
+from collections.abc import Callable
+
+from firmware_sim.codes import (
+    SLAVE_MODE,
+    TIME_BASED_PROFILE,
+    TORQUE_ON_BY_GOAL,
+    WATCHDOG_EXPIRED,
+    OperatingMode,
+    StatusError,
+)
+from firmware_sim.control_table import Register
+from firmware_sim.firmware import Values
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
-
-WATCHDOG_EXPIRED = 0xFF
-"""What Bus Watchdog(98) reads after it expired: -1."""
+from firmware_sim.writing import WriteChecker
 
 GOAL_NAMES = frozenset(("Goal PWM", "Goal Current", "Goal Velocity", "Goal Position"))
 
-_LIMITED_BY = {
+LIMITED_BY = {
     "Goal PWM": "PWM Limit",
     "Goal Current": "Current Limit",
     "Goal Velocity": "Velocity Limit",
 }
+"""Goals, and which register says how large they may be either way."""
 
-_ONLY_MODELLED = {
-    "Operating Mode": frozenset(OperatingMode),
-    "Protocol Type": frozenset((2,)),
-    "Startup Configuration": frozenset((0,)),
-    "Secondary(Shadow) ID": frozenset((253, 254, 255)),
-}
-"""Settings whose other values are refused with a data range error: they would change what the servo
-does, and are not modelled."""
+TIME_BASED_FROM = 42
+"""Firmware from which Drive Mode(10) knows time-based profiles."""
+
+PORT_OUTPUT = 1
+"""External Port Mode in which the port is an output."""
 
 
-Values = list[tuple[Register, int]]
-"""Registers, each with what is to be written there."""
-
-
-def check_write(
-    model: ServoModel, memory: Memory, address: int, data: bytes
-) -> tuple[StatusError, Values]:
-    """Return why a write is refused, `StatusError.NONE` if it is not, and what it writes.
+class Rules:
+    """The rules for writes to one servo.
 
     Parameters
     ----------
     model : ServoModel
-        Whose registers they are.
+        What it is.
     memory : Memory
-        Their present values.
-    address : int
-        Of the first byte.
-    data : bytes
-        What is to be written; a refused write changes no register, not even those that fit.
-
-    Returns
-    -------
-    error : StatusError
-        The first reason found.
-    values : list of (Register, int)
-        By address; empty with an error.
+        Its registers.
+    is_shut_down : callable
+        Whether only a reboot can bring the torque back.
     """
-    span = memory.table.span(address, len(data))
-    if not data:
-        return StatusError.DATA_LENGTH, []
-    if not span.begins_defined:
-        return StatusError.ACCESS, []
-    if span.cuts:
-        return StatusError.DATA_LENGTH, []
-    if span.holes:
-        return StatusError.ACCESS, []
-    values = []
-    for register in span.registers:
-        raw = data[register.address - address : register.end - address]
-        value = int.from_bytes(raw, "little", signed=register.signed)
-        error = _refuse_value(model, memory, register, value)
-        if error:
-            return error, []
-        values.append((register, value))
-    return StatusError.NONE, values
 
+    def __init__(self, model: ServoModel, memory: Memory, is_shut_down: Callable[[], bool]) -> None:
+        self._value = memory.value
+        self._is_shut_down = is_shut_down
+        self._drive_mode_bits = known_drive_mode_bits(model)
+        self._operating_modes = model.operating_modes
+        self._protocols = model.protocols
+        self._baud_codes = frozenset(model.baud_rates)
+        self._checker = WriteChecker(memory, self._refuse)
+        self._checks: dict[str, Callable[[int], StatusError]] = {
+            "Baud Rate": self._refuse_baud_rate,
+            "Drive Mode": self._refuse_drive_mode,
+            "Operating Mode": self._refuse_operating_mode,
+            "Protocol Type": self._refuse_protocol,
+            "Torque Enable": self._refuse_torque,
+            "Bus Watchdog": self._refuse_watchdog,
+            "Goal Position": self._refuse_goal_position,
+        }
 
-def _refuse_value(model: ServoModel, memory: Memory, register: Register, value: int) -> StatusError:
-    if register.access is Access.READ:
-        return StatusError.ACCESS
-    if register.area is Area.EEPROM and memory.value("Torque Enable"):
-        return StatusError.ACCESS
-    if not register.minimum <= value <= register.maximum or _unmodelled(model, register, value):
-        return StatusError.DATA_RANGE
-    name = register.name
-    if name in GOAL_NAMES:
-        return _refuse_goal(memory, name, value)
-    if name == "Bus Watchdog" and value and memory.value(name) == WATCHDOG_EXPIRED:
-        return StatusError.DATA_RANGE
-    return StatusError.NONE
+    def check(self, address: int, data: bytes, ram_only: bool) -> tuple[StatusError, Values]:
+        """Return why a write is refused, and what it writes; see `Firmware.check_write`."""
+        return self._checker.check(address, data, ram_only)
 
+    def forget(self) -> None:
+        """Find out anew where indirect addresses aim."""
+        self._checker.forget()
 
-def _unmodelled(model: ServoModel, register: Register, value: int) -> bool:
-    if register.name == "Drive Mode":
-        return bool(value & ~model.drive_mode_bits)
-    allowed = _ONLY_MODELLED.get(register.name)
-    return allowed is not None and value not in allowed
+    def _refuse(self, register: Register, value: int) -> StatusError:
+        name = register.name
+        if name in LIMITED_BY:
+            return self._refuse_goal(name, value)
+        if name.startswith("External Port Data"):
+            mode = self._value(name.replace("Data", "Mode"))
+            return StatusError.NONE if mode == PORT_OUTPUT else StatusError.ACCESS
+        check = self._checks.get(name)
+        return check(value) if check is not None else StatusError.NONE
 
+    def _refuse_baud_rate(self, value: int) -> StatusError:
+        return StatusError.NONE if value in self._baud_codes else StatusError.DATA_RANGE
 
-def _refuse_goal(memory: Memory, name: str, value: int) -> StatusError:
-    if memory.value("Bus Watchdog") == WATCHDOG_EXPIRED:
-        return StatusError.DATA_RANGE
-    if name == "Goal Position":
-        if memory.value("Operating Mode") != OperatingMode.POSITION:
+    def _refuse_drive_mode(self, value: int) -> StatusError:
+        return StatusError.DATA_RANGE if value & ~self._drive_mode_bits else StatusError.NONE
+
+    def _refuse_operating_mode(self, value: int) -> StatusError:
+        return StatusError.NONE if value in self._operating_modes else StatusError.DATA_RANGE
+
+    def _refuse_protocol(self, value: int) -> StatusError:
+        return StatusError.NONE if value in self._protocols else StatusError.DATA_RANGE
+
+    def _refuse_torque(self, value: int) -> StatusError:
+        return StatusError.RESULT_FAIL if value and self._is_shut_down() else StatusError.NONE
+
+    def _refuse_watchdog(self, value: int) -> StatusError:
+        expired = self._value("Bus Watchdog") == WATCHDOG_EXPIRED
+        return StatusError.DATA_RANGE if value and expired else StatusError.NONE
+
+    def _refuse_goal(self, name: str, value: int) -> StatusError:
+        if self._value("Bus Watchdog") == WATCHDOG_EXPIRED:
+            return StatusError.DATA_RANGE
+        limit = self._value(LIMITED_BY[name])
+        return StatusError.NONE if -limit <= value <= limit else StatusError.DATA_LIMIT
+
+    def _refuse_goal_position(self, value: int) -> StatusError:
+        read = self._value
+        if read("Bus Watchdog") == WATCHDOG_EXPIRED:
+            return StatusError.DATA_RANGE
+        if read("Operating Mode") != OperatingMode.POSITION:
             return StatusError.NONE
-        low, high = memory.value("Min Position Limit"), memory.value("Max Position Limit")
+        low, high = read("Min Position Limit"), read("Max Position Limit")
         return StatusError.NONE if low <= value <= high else StatusError.DATA_LIMIT
-    limit = memory.value(_LIMITED_BY[name])
-    return StatusError.NONE if abs(value) <= limit else StatusError.DATA_LIMIT
+
+
+def known_drive_mode_bits(model: ServoModel) -> int:
+    """Return the bits of Drive Mode(10) that a model's firmware knows and this simulator models.
+
+    The slave of a dual joint is not modelled. Time-based profiles came with firmware 42 (the 330
+    series always had them), torque on by goal update with the firmware that brought backups.
+    """
+    bits = model.drive_mode_bits & ~SLAVE_MODE
+    if model.firmware < TIME_BASED_FROM:
+        bits &= ~TIME_BASED_PROFILE
+    if model.backup_from is not None and model.firmware < model.backup_from:
+        bits &= ~TORQUE_ON_BY_GOAL
+    return bits

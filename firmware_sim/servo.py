@@ -1,45 +1,50 @@
-"""One servo as the protocol sees it: registers to read and write, and time that passes.
+"""One servo as the protocol sees it: an identity, registers to read and write, and its firmware.
 
-Source: the e-Manual's X-series pages, "Control Table Description". Where the manual is silent: a
-read may span holes between registers, which read 0, but not begin in one; Torque Enable is refused
-with a result fail after a shutdown.
+A servo has no clock: `world.World` tells all of them the time and moves their axes. Source: the
+e-Manual's pages of the models, "Control Table Description", and Protocol 2.0, "Instruction".
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
-from firmware_sim.actuator import Actuator
-from firmware_sim.codes import ALERT, TORQUE_ON_BY_GOAL, HardwareError, StatusError
+from firmware_sim.backup import Backup
+from firmware_sim.codes import (
+    CLEAR_MULTI_TURN,
+    MAX_ID,
+    STARTUP_RAM_RESTORE,
+    STARTUP_TORQUE_ON,
+    HardwareError,
+    StatusError,
+)
 from firmware_sim.control_table import Area
+from firmware_sim.firmware import make_firmware
+from firmware_sim.indirect import IndirectMap
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
-from firmware_sim.motor import STEP
-from firmware_sim.present import END, FIRST, write_present
-from firmware_sim.rules import GOAL_NAMES, Values, check_write
+from firmware_sim.physics.axis import Axis
+from firmware_sim.reading import Reader
+from firmware_sim.snapshot import put_snapshot, take_snapshot
+from firmware_sim.timeline import Timeline
 from firmware_sim.watchdog import BusWatchdog
+
+__all__ = ["BOOT_TIME", "CLEAR_MULTI_TURN", "Servo"]
 
 BOOT_TIME = 0.1
 """How long a servo is deaf after a reboot, s. Not published; drivers in use wait 0.1 to 0.5 s."""
 
-CLEAR_MULTI_TURN = bytes((0x01, 0x44, 0x58, 0x4C, 0x22))
-"""Parameters of the instruction clear that reset the turns of Present Position."""
-
-MAX_ID = 252
-"""Highest ID; a higher secondary ID means none."""
-
-_PROTOCOL_1_BITS = {
-    HardwareError.INPUT_VOLTAGE: 0x01,
-    HardwareError.OVERHEATING: 0x04,
-    HardwareError.OVERLOAD: 0x20,
-}
-
 _RETURN_DELAY_UNIT = 2.0e-6
+
+_IDENTITY = frozenset(
+    ("ID", "Secondary(Shadow) ID", "Protocol Type", "Baud Rate", "Return Delay Time")
+) | {"Status Return Level"}
+_WATCHED = frozenset(("Bus Watchdog", "Torque Enable", "Protocol Type"))
 
 
 class Servo:
-    """One simulated servo; time is told to it, so it needs no clock.
+    """One simulated servo.
 
     Parameters
     ----------
@@ -47,78 +52,91 @@ class Servo:
         What it is.
     servo_id : int
         0 to 252.
+    axis : Axis
+        What it drives.
+    timeline : Timeline
+        The time.
     start_tick : int
-        Where its horn lies at the start, as Present Position reads with the settings given.
+        Where its horn lies at the start, as Present Position reads with the registers given.
     supply_voltage : float, optional
         V; the motor's nominal voltage by default.
-    settings : dict of str to int, optional
+    registers : mapping of str to int, optional
         EEPROM registers by name that differ from the factory's.
-    when : float
-        Time of power-up, s.
+
+    Attributes
+    ----------
+    servo_id : int
+        What it is called.
+    secondary_id : int or None
+        A name that it shares with others: it obeys writes to RAM, and never replies.
+    protocol : int
+        1 or 2: what it speaks now.
+    baud_rate : int
+        bit/s.
+    return_delay : float
+        How long it waits before it replies, s.
+    status_return_level : int
+        0 replies to ping only, 1 also to reads, 2 to everything.
+    silenced : bool
+        Whether it hears nothing and says nothing, as one whose cable has come loose.
     """
 
     def __init__(
         self,
         model: ServoModel,
         servo_id: int,
+        axis: Axis,
+        timeline: Timeline,
+        *,
         start_tick: int = 2048,
         supply_voltage: float | None = None,
-        *,
-        settings: dict[str, int] | None = None,
-        when: float = 0.0,
+        registers: Mapping[str, int] | None = None,
     ) -> None:
         self.model = model
+        self.axis = axis
         self.memory = Memory(model.table)
-        for name, value in {**(settings or {}), "ID": servo_id}.items():
+        for name, value in {**(registers or {}), "ID": servo_id}.items():
             self.memory.store(name, value)
-        voltage = supply_voltage or model.motor.nominal_voltage
-        self.actuator = Actuator(model, self.memory, start_tick, voltage)
-        self._watchdog = BusWatchdog(self.memory)
-        self._backup: dict[str, int] | None = None
+        self.supply_voltage = supply_voltage or model.motor.nominal_voltage
         self.silenced = False
-        """Whether it hears nothing and says nothing, as one whose cable has come loose."""
-        self._registered: tuple[int, bytes] | None = None
-        self._epoch = self._now = when
-        self._steps = 0
-        self._boot(deaf_for=0.0)
+        self.backed_up = Backup(self.memory)
+        self.firmware = make_firmware(model, self.memory, axis, timeline)
+        self.firmware.install(self.firmware.angle(start_tick), self.supply_voltage)
+        self._timeline = timeline
+        self._watchdog = BusWatchdog(self.memory)
+        self._indirect = IndirectMap(self.memory)
+        self._reader = Reader(self.memory, self.firmware, self._indirect)
+        self._registered: tuple[int, bytes, bool] | None = None
+        self._power_on_at = math.inf
+        self.boot()
+        self._deaf_until = timeline.now
 
     @property
     def alert(self) -> int:
-        """The alert bit for a status packet's error field."""
-        return ALERT if self.memory.value("Hardware Error Status") else 0
-
-    @property
-    def moving(self) -> bool:
-        """Whether its physics must go on even if nobody asks for a while."""
-        return not self.actuator.drive.settled
-
-    @property
-    def hears(self) -> bool:
-        """Whether it has booted and is not cut off."""
-        return self._now >= self._deaf_until and not self.silenced
+        """The alert bit for a status packet's error field: 0x80 or 0."""
+        return self.firmware.alert
 
     @property
     def error_bits(self) -> int:
         """The error byte of protocol 1.0, without the bits that speak of the instruction."""
-        status = self.memory.value("Hardware Error Status")
-        return sum(bit for error, bit in _PROTOCOL_1_BITS.items() if status & error)
+        return self.firmware.error_bits
 
     @property
-    def watchdog_deadline(self) -> float | None:
-        """When its bus watchdog expires unless it is fed, s; None while it does not watch."""
-        return self._watchdog.deadline()
+    def moving(self) -> bool:
+        """Whether its physics must go on even if nobody asks for a while."""
+        return not self.axis.settled
+
+    @property
+    def hears(self) -> bool:
+        """Whether it has power, has booted and is not cut off."""
+        return self._timeline.now >= self._deaf_until and not self.silenced
 
     def feed(self, when: float) -> None:
         """Tell its bus watchdog of an instruction, at a time in s."""
-        self._watchdog.feed(when)
-
-    def notice_instruction(self, when: float) -> None:
-        """Bring it to `when` (s) and feed its bus watchdog."""
-        self.advance(when)
-        self.feed(when)
+        self._watchdog.fed_at = when
 
     def read(self, address: int, size: int) -> tuple[StatusError, bytes]:
-        """Return registers' bytes as of the time it was brought to.
+        """Return registers' bytes as of the present moment.
 
         Parameters
         ----------
@@ -132,14 +150,9 @@ class Servo:
         data : bytes
             Empty with an error.
         """
-        end = address + size
-        if not size or end > self.model.table.size or self.model.table.at(address) is None:
-            return StatusError.ACCESS, b""
-        if address < END and end > FIRST:
-            write_present(self.memory, self.model, self.actuator, self._now - self._booted_at)
-        return StatusError.NONE, bytes(self.memory.data[address:end])
+        return self._reader.read(address, size)
 
-    def write(self, address: int, data: bytes) -> StatusError:
+    def write(self, address: int, data: bytes, *, ram_only: bool = False) -> StatusError:
         """Write registers and do what that brings about.
 
         Parameters
@@ -148,43 +161,77 @@ class Servo:
             Of the first byte.
         data : bytes
             All of it is written, or none with an error.
+        ram_only : bool
+            Whether EEPROM is out of reach, as through the secondary ID.
 
         Returns
         -------
         StatusError
-            See `rules.check_write`.
+            Why it was refused.
         """
-        error, values = check_write(self.model, self.memory, address, data)
-        if not error and self.actuator.shut_down and _switches_on(values):
-            error = StatusError.RESULT_FAIL
+        error, values = self.firmware.check_write(address, data, ram_only)
         if error:
             return error
-        changes = [self.memory.value(register.name) != value for register, value in values]
-        self.memory.data[address : address + len(data)] = data
-        for (register, value), changed in zip(values, changes, strict=True):
-            self._wrote(register.name, value, changed)
+        memory = self.memory
+        changes = []
+        for register, value in values:
+            changes.append((register, value, memory.value(register.name) != value))
+            memory.store(register.name, value)
+        self.firmware.wrote(changes)
+        for register, _value, changed in changes:
+            if changed:
+                self._take_setting(register.name)
         return StatusError.NONE
 
-    def register_write(self, address: int, data: bytes) -> StatusError:
+    def register_write(self, address: int, data: bytes, *, ram_only: bool = False) -> StatusError:
         """Keep a write for the next action; a later one replaces it."""
-        error, _values = check_write(self.model, self.memory, address, data)
+        error, _values = self.firmware.check_write(address, data, ram_only)
         if not error:
-            self._registered = (address, data)
-            self.memory.store("Registered Instruction", 1)
+            self._keep((address, data, ram_only))
         return error
 
     def act(self) -> StatusError:
         """Do the registered write; an instruction error if there is none."""
         if self._registered is None:
             return StatusError.INSTRUCTION
-        address, data = self._registered
-        self._registered = None
-        self.memory.store("Registered Instruction", 0)
-        return self.write(address, data)
+        address, data, ram_only = self._registered
+        self._keep(None)
+        return self.write(address, data, ram_only=ram_only)
+
+    def clear(self, option: bytes) -> StatusError:
+        """Obey the instruction clear; `option` is all of its parameters."""
+        return self.firmware.clear(option)
+
+    def backup(self) -> StatusError:
+        """Keep a copy of the control table; a result fail with the torque on."""
+        if not self.model.understands_backup:
+            return StatusError.INSTRUCTION
+        if self.memory.value("Torque Enable"):
+            return StatusError.RESULT_FAIL
+        self.backed_up.store()
+        return StatusError.NONE
+
+    def restore(self) -> StatusError:
+        """Put the copy's EEPROM back and reboot; a result fail with torque on or without a copy."""
+        if not self.model.understands_backup:
+            return StatusError.INSTRUCTION
+        if self.backed_up.values is None or self.memory.value("Torque Enable"):
+            return StatusError.RESULT_FAIL
+        self.backed_up.restore_eeprom()
+        self.reboot()
+        return StatusError.NONE
 
     def reboot(self) -> None:
         """Start anew: RAM to its defaults, torque off, deaf for `BOOT_TIME`."""
-        self._boot(BOOT_TIME)
+        self.boot()
+
+    def power_cycle(self, off_for: float = 0.0) -> None:
+        """Take its supply away for a time in s; it boots when that returns."""
+        self.firmware.power_off()
+        self._take_setting("Torque Enable")
+        self._power_on_at = self._timeline.now + off_for
+        self._deaf_until = self._power_on_at + BOOT_TIME
+        self._timeline.wake_at(self._power_on_at)
 
     def factory_reset(self, keep_id: bool, keep_baud_rate: bool) -> None:
         """Put the EEPROM to its defaults, but for what is kept, then reboot."""
@@ -195,114 +242,98 @@ class Servo:
             self.memory.store(name, value)
         self.reboot()
 
-    def power_cycle(self, off_for: float = 0.0) -> None:
-        """Take its supply away for a time in s; it boots when that returns."""
-        self._boot(off_for + BOOT_TIME)
-
-    def clear(self, option: bytes) -> StatusError:
-        """Clear the turns counted in Present Position; a result fail while it moves."""
-        if option != CLEAR_MULTI_TURN:
-            return StatusError.DATA_RANGE
-        if self.actuator.drive.under_way:
-            return StatusError.RESULT_FAIL
-        self.actuator.frame.fold(self.actuator.drive.motor.angle)
-        return StatusError.NONE
-
-    def backup(self) -> StatusError:
-        """Keep a copy of the control table; a result fail with the torque on."""
-        if self.memory.value("Torque Enable"):
-            return StatusError.RESULT_FAIL
-        self._backup = self.memory.values(Area.EEPROM)
-        return StatusError.NONE
-
-    def restore(self) -> StatusError:
-        """Put the copy back; a result fail with the torque on, or without a copy."""
-        if self._backup is None or self.memory.value("Torque Enable"):
-            return StatusError.RESULT_FAIL
-        for name, value in self._backup.items():
-            self.memory.store(name, value)
-        self._take_settings()
-        return StatusError.NONE
-
-    def snapshot(self) -> dict[str, Any]:
-        """Return what survives without power, as a JSON document: EEPROM, backup, angle."""
-        return {
-            "model": self.model.name,
-            "eeprom": self.memory.values(Area.EEPROM),
-            "backup": self._backup,
-            "angle": self.actuator.drive.motor.angle,
-        }
-
-    def restore_snapshot(self, snapshot: Mapping[str, Any]) -> None:
-        """Take over what `snapshot` returned, and boot."""
-        for name, value in snapshot["eeprom"].items():
-            self.memory.store(name, value)
-        self._backup = snapshot["backup"]
-        self.actuator.drive.motor.angle = snapshot["angle"]
-        self._boot(deaf_for=0.0)
-
-    def advance(self, when: float) -> None:
-        """Bring it to a time, s; a past one changes nothing."""
-        deadline = self._watchdog.deadline()
-        if deadline is not None and deadline <= when:
-            self._run_to(deadline)
-            self._watchdog.expire()
-            self.actuator.stop()
-        self._run_to(when)
-        self._now = max(self._now, when)
-
     def raise_hardware_error(self, error: HardwareError) -> None:
-        """Let it detect a hardware error, as a test may want; only a reboot clears it."""
-        self.actuator.raise_hardware_error(error)
+        """Let it notice a hardware error; only a reboot clears it."""
+        self.firmware.raise_hardware_error(error)
+        self._take_setting("Torque Enable")
 
     def apply_load(self, torque: float) -> None:
         """Load the horn with an external torque against the shaft's positive direction, N m."""
-        self.actuator.drive.motor.load_torque = torque
-        self.actuator.drive.disturb()
+        self.axis.apply_load(torque)
 
-    def _run_to(self, when: float) -> None:
-        steps = int((when - self._epoch) / STEP + 1e-6) - self._steps
-        if steps > 0:
-            self._steps += steps
-            self.actuator.advance(steps)
+    def inspect(self) -> None:
+        """Let it look for causes of errors."""
+        if self._timeline.now >= self._power_on_at or self._power_on_at == math.inf:
+            self.firmware.inspect()
+            self._watchdog.take_settings(self.protocol)
 
-    def _wrote(self, name: str, value: int, changed: bool) -> None:
-        """Do what a write brings about, one register at a time, in address order."""
-        if name == "Goal Position":
-            self.actuator.start_for_goal()
-        elif name == "Torque Enable":
-            if changed:
-                self.actuator.set_torque(on=bool(value))
-        elif name == "Operating Mode":
-            if changed:
-                self.actuator.switch_mode()
-        elif changed:
-            self._take_settings()
-            self.actuator.take_settings()
-        if name in GOAL_NAMES and self.memory.value("Drive Mode") & TORQUE_ON_BY_GOAL:
-            self.actuator.set_torque(on=not self.actuator.shut_down)
+    @property
+    def next_event(self) -> float:
+        """When it does something of itself next, s; infinity for never."""
+        return min(self._power_on_at, self._watchdog.deadline, self.firmware.next_event)
 
-    def _take_settings(self) -> None:
-        """Copy what the protocol needs often out of the registers."""
+    def wake(self) -> None:
+        """Do what was to be done at `next_event`."""
+        now = self._timeline.now
+        if self._power_on_at <= now:
+            self.boot()
+        if self._watchdog.deadline <= now:
+            self._watchdog.expire()
+            self.firmware.stop()
+        self.firmware.wake()
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return what survives without power, as a JSON object: EEPROM, backup, angle."""
+        return take_snapshot(self)
+
+    def restore_snapshot(self, snapshot: Mapping[str, Any]) -> None:
+        """Take over what `snapshot` returned, and boot.
+
+        Raises
+        ------
+        ValueError
+            If it is not one of this model: one line that says why; nothing was changed.
+        """
+        put_snapshot(self, snapshot)
+        self.boot()
+        self._deaf_until = self._timeline.now
+
+    def boot(self) -> None:
+        """Begin anew with what the EEPROM holds; deaf for `BOOT_TIME`."""
         value = self.memory.value
+        self._power_on_at = math.inf
+        self._deaf_until = self._timeline.now + BOOT_TIME
+        self.memory.reset(Area.RAM)
+        self.memory.store("Model Number", self.model.number)
+        self.memory.store("Firmware Version", self.model.firmware)
+        self._registered = None
+        self.backed_up.show()
+        startup = 0
+        if "Startup Configuration" in self.model.table.by_name:
+            startup = value("Startup Configuration")
+        if startup & STARTUP_RAM_RESTORE:
+            self.backed_up.restore_ram()
+        self._reader.forget()
+        self.firmware.boot()
+        self._take_identity()
+        if startup & STARTUP_TORQUE_ON:
+            self.write(self.model.table["Torque Enable"].address, b"\x01")
+        self._watchdog.fed_at = self._timeline.now
+        self._watchdog.take_settings(self.protocol)
+
+    def _keep(self, registered: tuple[int, bytes, bool] | None) -> None:
+        self._registered = registered
+        self.memory.store("Registered Instruction", int(registered is not None))
+
+    def _take_setting(self, name: str) -> None:
+        """Look again at what a register says that the servo itself lives by."""
+        if name in _IDENTITY:
+            self._take_identity()
+        if name in _WATCHED:
+            self._watchdog.take_settings(self.protocol)
+            self._timeline.wake_at(self._watchdog.deadline)
+        elif name.startswith("Indirect Address"):
+            self._reader.forget()
+
+    def _take_identity(self) -> None:
+        """Copy what the protocol needs often out of the registers."""
+        value, known = self.memory.value, self.model.table.by_name
         self.servo_id = value("ID")
         self.baud_rate = self.model.baud_rates[value("Baud Rate")]
         self.return_delay = value("Return Delay Time") * _RETURN_DELAY_UNIT
         self.status_return_level = value("Status Return Level")
-        secondary = value("Secondary(Shadow) ID")
+        self.protocol = value("Protocol Type") if "Protocol Type" in known else self.model.protocol
+        secondary = MAX_ID + 1
+        if "Secondary(Shadow) ID" in known:
+            secondary = value("Secondary(Shadow) ID")
         self.secondary_id = secondary if secondary <= MAX_ID else None
-        self.protocol = value("Protocol Type")
-
-    def _boot(self, deaf_for: float) -> None:
-        self.memory.store("Model Number", self.model.number)
-        self.memory.store("Firmware Version", self.model.firmware)
-        self.memory.reset(Area.RAM)
-        self._registered = None
-        self._booted_at = self._now
-        self._deaf_until = self._now + deaf_for
-        self._take_settings()
-        self.actuator.boot()
-
-
-def _switches_on(values: Values) -> bool:
-    return any(register.name == "Torque Enable" and value for register, value in values)

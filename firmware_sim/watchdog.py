@@ -3,20 +3,23 @@
 Source: e-Manual, "Bus Watchdog(98)": it measures the time between instructions while the torque
 is on; when that exceeds the register's value times 20 ms, the servo stops, the profile registers
 become 0, the register reads -1, and goals are refused until 0 is written. The manual does not say
-whether instructions to other servos count: here only those to this servo, or to all, do.
+whether instructions to other servos count: here only those to this servo, or to all, do. A servo
+set to protocol 1.0 does not watch.
 """
 
 from __future__ import annotations
 
+import math
+
+from firmware_sim.codes import WATCHDOG_EXPIRED
 from firmware_sim.memory import Memory
-from firmware_sim.rules import WATCHDOG_EXPIRED
 
 UNIT = 0.020
 """Of the register, s."""
 
 
 class BusWatchdog:
-    """The watchdog of one servo.
+    """The watchdog of one servo; one whose table has none never expires.
 
     Parameters
     ----------
@@ -26,21 +29,28 @@ class BusWatchdog:
 
     def __init__(self, memory: Memory) -> None:
         self._memory = memory
-        self._fed_at = 0.0
+        self._exists = "Bus Watchdog" in memory.table.by_name
+        self._time = math.inf
+        self.fed_at = 0.0
+        """When the last instruction came, s."""
 
-    def feed(self, when: float) -> None:
-        """Note an instruction, at a time in s."""
-        self._fed_at = when
-
-    def deadline(self) -> float | None:
-        """Return when it expires, s, or None while it does not watch."""
+    def take_settings(self, protocol: int) -> None:
+        """Read the registers again: Bus Watchdog or Torque Enable has changed."""
+        self._time = math.inf
+        if not self._exists or protocol != 2:
+            return
         value = self._memory.value("Bus Watchdog")
-        if not 0 < value < WATCHDOG_EXPIRED or not self._memory.value("Torque Enable"):
-            return None
-        return self._fed_at + value * UNIT
+        if 0 < value < WATCHDOG_EXPIRED and self._memory.value("Torque Enable"):
+            self._time = value * UNIT
+
+    @property
+    def deadline(self) -> float:
+        """When it expires unless it is fed, s; infinity while it does not watch."""
+        return self.fed_at + self._time
 
     def expire(self) -> None:
         """Leave the registers as an expiry does."""
         self._memory.store("Bus Watchdog", WATCHDOG_EXPIRED)
         self._memory.store("Profile Acceleration", 0)
         self._memory.store("Profile Velocity", 0)
+        self._time = math.inf

@@ -1,15 +1,31 @@
 """Servos and their physics in one time.
 
 A world knows nothing of buses: it is told the time, and everything in it has gone on to that time.
+It stops on the way wherever a servo does something of itself, and for inspections, so that what
+happens does not depend on how often it is told.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from firmware_sim.model import ServoModel
+from firmware_sim.physics.axis import Axes
+from firmware_sim.physics.kernel import STEP
+from firmware_sim.physics.plant import JointsPlant, Plant
 from firmware_sim.servo import Servo
+from firmware_sim.timeline import Timeline
+
+INSPECTION_STEPS = 10
+"""Steps of physics between two inspections of every servo, while something moves."""
+
+RESTING_STEPS = 1000
+"""Steps of physics between two inspections while nothing moves: only temperatures change then."""
+
+_ROUNDING = 1e-6
+"""Steps by which a time may lie under a whole number of them."""
 
 
 class Settings(Protocol):
@@ -42,11 +58,24 @@ class World:
     Parameters
     ----------
     servos : sequence of Servo
-        Their IDs need not differ, as on a real bus.
+        Each drives one of the plant's axes; their IDs need not differ, as on a real bus.
+    plant : Plant
+        What moves the axes.
+    timeline : Timeline
+        The time that all of them share.
     """
 
-    def __init__(self, servos: Sequence[Servo]) -> None:
+    def __init__(self, servos: Sequence[Servo], plant: Plant, timeline: Timeline) -> None:
         self.servos = tuple(servos)
+        self.plant = plant
+        self._timeline = timeline
+        self._epoch = timeline.now
+        self._steps = 0
+
+    @property
+    def now(self) -> float:
+        """The present moment, s."""
+        return self._timeline.now
 
     @property
     def moving(self) -> bool:
@@ -55,36 +84,66 @@ class World:
 
     @property
     def next_event(self) -> float | None:
-        """When a bus watchdog expires unless it is fed, s; None if none watches."""
-        deadlines = (servo.watchdog_deadline for servo in self.servos)
-        return min((deadline for deadline in deadlines if deadline is not None), default=None)
+        """When a servo does something of itself, s; None for never."""
+        moment = min((servo.next_event for servo in self.servos), default=math.inf)
+        return None if moment == math.inf else moment
 
     def advance(self, when: float) -> None:
         """Bring everything to a time, s; a past one changes nothing."""
-        for servo in self.servos:
-            servo.advance(when)
+        timeline = self._timeline
+        while timeline.alarm <= when:
+            alarm = timeline.alarm
+            self._run_to(alarm)
+            timeline.now = max(timeline.now, alarm)
+            for servo in self.servos:
+                if servo.next_event <= timeline.now:
+                    servo.wake()
+            timeline.alarm = min((servo.next_event for servo in self.servos), default=math.inf)
+        self._run_to(when)
+        timeline.now = max(timeline.now, when)
+
+    def _run_to(self, when: float) -> None:
+        """Move the axes, with an inspection whenever one is due."""
+        target = int((when - self._epoch) / STEP + _ROUNDING)
+        while self._steps < target:
+            interval = INSPECTION_STEPS if self.moving else RESTING_STEPS
+            inspection = (self._steps // interval + 1) * interval
+            stop = min(target, inspection)
+            self.plant.advance(stop - self._steps)
+            self._steps = stop
+            if stop == inspection:
+                self._timeline.now = max(self._timeline.now, self._epoch + stop * STEP)
+                for servo in self.servos:
+                    servo.inspect()
 
 
-def build_world(settings: Sequence[Settings], when: float = 0.0) -> World:
+def build_world(
+    settings: Sequence[Settings],
+    when: float = 0.0,
+    plant: Callable[[Axes], Plant] | None = None,
+) -> World:
     """Return servos powered up at a time.
 
     Parameters
     ----------
     settings : sequence of Settings
-        One a servo.
+        One a servo, and an axis.
     when : float
         s.
+    plant : callable, optional
+        Makes what moves the axes, once they are configured; independent joints by default.
     """
-    return World(
-        [
-            Servo(
-                servo.model,
-                servo.servo_id,
-                servo.start_tick,
-                servo.supply_voltage,
-                settings=dict(servo.registers),
-                when=when,
-            )
-            for servo in settings
-        ]
-    )
+    axes, timeline = Axes(len(settings)), Timeline(when)
+    servos = [
+        Servo(
+            servo.model,
+            servo.servo_id,
+            axis,
+            timeline,
+            start_tick=servo.start_tick,
+            supply_voltage=servo.supply_voltage,
+            registers=servo.registers,
+        )
+        for servo, axis in zip(settings, axes, strict=True)
+    ]
+    return World(servos, JointsPlant(axes) if plant is None else plant(axes), timeline)

@@ -18,9 +18,10 @@ from armsyn.errors import PortLostError
 from armsyn.motion import Motion
 from firmware_sim.bus import Bus as SimulatedBus
 from firmware_sim.clock import SteppedClock
-from firmware_sim.servo import Servo
+from firmware_sim.rig import ServoSettings
 from firmware_sim.tables import find_model
 from firmware_sim.testing import SteppedPort
+from firmware_sim.world import build_world
 
 BAUD_CODE = 3  # 1 Mbaud
 REPLY_HEADER = b"\xff\xff\xfd\x00"
@@ -81,16 +82,19 @@ class SteppedArm:
         self.description = arm
         self.clock = SteppedClock()
         settings = {"Baud Rate": BAUD_CODE, "Return Delay Time": return_delay}
-        self.servos = [
-            Servo(
-                find_model(s.model),
-                s.id,
-                s.rest_tick,
-                settings={**settings, "Drive Mode": s.drive_mode},
-            )
-            for s in arm.servo
-        ]
-        self.port = SteppedPort(SimulatedBus(self.servos), self.clock, 1_000_000)
+        world = build_world(
+            [
+                ServoSettings(
+                    find_model(s.model),
+                    s.id,
+                    s.rest_tick,
+                    registers={**settings, "Drive Mode": s.drive_mode},
+                )
+                for s in arm.servo
+            ]
+        )
+        self.servos = world.servos
+        self.port = SteppedPort(SimulatedBus(world), self.clock, 1_000_000)
         self.damage: Callable[[bytes], bytes] = lambda data: data
         self._events: list[tuple[float, Callable[[], None]]] = []
         self.bus = SteppedBus(self)

@@ -8,9 +8,10 @@ from firmware_sim.bus import Bus
 from firmware_sim.clock import SteppedClock
 from firmware_sim.packet import build_packet
 from firmware_sim.parser import Packet, PacketParser
-from firmware_sim.servo import Servo
+from firmware_sim.rig import ServoSettings
 from firmware_sim.tables import find_model
 from firmware_sim.testing import SteppedPort
+from firmware_sim.world import build_world
 
 BAUD_RATE = 1_000_000
 FACTORY = {
@@ -22,10 +23,11 @@ FACTORY = {
 class Bench:
     """Servos, their clock, and a port to them."""
 
-    def __init__(self, servos: list[Servo], gap_rule: bool = False) -> None:
-        self.servos = servos
+    def __init__(self, servos: list[ServoSettings], gap_rule: bool = False) -> None:
         self.clock = SteppedClock()
-        self.bus = Bus(servos, gap_rule=gap_rule)
+        self.world = build_world(servos)
+        self.servos = self.world.servos
+        self.bus = Bus(self.world, gap_rule=gap_rule)
         self.port = SteppedPort(self.bus, self.clock, BAUD_RATE)
 
     def ask(self, servo_id: int, instruction: int, params: bytes = b"") -> list[tuple[int, ...]]:
@@ -52,6 +54,7 @@ class Bench:
     def wait(self, duration: float) -> None:
         """Let time pass, s."""
         self.clock.advance(duration)
+        self.world.advance(self.clock.now())
 
 
 @pytest.fixture
@@ -63,7 +66,9 @@ def bench() -> Callable[..., Bench]:
         servos = []
         for name in names or ("xm430-w350:1",):
             model, number = name.split(":")
-            servos.append(Servo(find_model(model), int(number), start_tick, settings=registers))
+            servos.append(
+                ServoSettings(find_model(model), int(number), start_tick, registers=registers)
+            )
         return Bench(servos, gap_rule)
 
     return make

@@ -6,7 +6,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from firmware_sim.codes import HardwareError, StatusError
 from firmware_sim.control_table import Access, Area, Register
-from firmware_sim.servo import BOOT_TIME, Servo
+from firmware_sim.rig import ServoSettings
+from firmware_sim.servo import BOOT_TIME
 from firmware_sim.tables import find_model
 
 from .conftest import FACTORY, Bench
@@ -27,7 +28,7 @@ class AnyServo(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.bench = Bench([Servo(MODEL, 1, settings=FACTORY)])
+        self.bench = Bench([ServoSettings(MODEL, 1, registers=FACTORY)])
         self.servo = self.bench.servos[0]
         self.eeprom: dict[str, int] = {}
         self.latched = False

@@ -1,0 +1,32 @@
+"""The time that all servos of a world share."""
+
+from __future__ import annotations
+
+import math
+
+
+class Timeline:
+    """The present moment, and until when nobody needs to look at a servo.
+
+    Parameters
+    ----------
+    when : float
+        The first moment, s.
+
+    Attributes
+    ----------
+    now : float
+        The present moment, s.
+    alarm : float
+        No servo does anything of itself before this time, s; it may have nothing to do then.
+    """
+
+    __slots__ = ("alarm", "now")
+
+    def __init__(self, when: float = 0.0) -> None:
+        self.now = when
+        self.alarm = math.inf
+
+    def wake_at(self, when: float) -> None:
+        """Ask to be looked at, at a time in s."""
+        self.alarm = min(self.alarm, when)
