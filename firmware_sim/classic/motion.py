@@ -9,25 +9,26 @@ servo runs free.
 Sources: e-Manual, docs/en/dxl/ax/ax-12a, docs/en/dxl/mx/mx-28 and mx-106, docs/en/dxl/x/xl320,
 "Moving Speed", "Torque Limit", "Goal Acceleration", "Torque Control Mode Enable"; AX-12 User's
 Manual, "Max Torque" (free at 0). Where they are silent: without a Moving Speed there is no control
-of acceleration either; the direction bit of Moving Speed means nothing in joint mode; the gains of
-speed control in MX' wheel mode are those that the same motors have with firmware for protocol 2.0;
-Punch is without effect on PID control.
+of acceleration either; the direction bit of Moving Speed means nothing in joint mode; speed control
+in MX' wheel mode is a PI controller's (`SPEED_INTEGRAL_TIME`), with full output for an error of the
+no-load speed; Punch is without effect on PID control.
 """
 
 from __future__ import annotations
+
+import math
 
 from firmware_sim.classic.compliance import compliance, gains
 from firmware_sim.classic.counting import Mode, StepCount, TickCount, mode_of
 from firmware_sim.classic.rows import DIRECTION_BIT, FULL_SCALE
 from firmware_sim.memory import Memory
-from firmware_sim.model import ServoModel, Units
+from firmware_sim.model import ServoModel
 from firmware_sim.physics.axis import Axis
 from firmware_sim.physics.kernel import STEP
 from firmware_sim.physics.profile import Profile, velocity_profile
 
-_X_UNITS = Units()
-_VELOCITY_P = 100 / 128.0 / _X_UNITS.pwm_full / _X_UNITS.velocity
-_VELOCITY_I = 1920 / 65_536.0 / _X_UNITS.pwm_full / _X_UNITS.velocity
+SPEED_INTEGRAL_TIME = 0.02
+"""Proportional over integral gain of speed control, s; chosen: no overshoot without a load."""
 
 Count = StepCount | TickCount
 
@@ -59,6 +60,7 @@ class Motion:
 
     def __init__(self, model: ServoModel, memory: Memory, axis: Axis) -> None:
         self._units = model.units
+        self._no_load_speed = model.motor.no_load_speed
         self._memory = memory
         self.axis = axis
         names = memory.table.by_name
@@ -90,7 +92,8 @@ class Motion:
 
     def install(self) -> None:
         """Tell an axis just configured what no register holds."""
-        self.axis.set_velocity_gains(_VELOCITY_P, _VELOCITY_I)
+        gain = 60.0 / (2.0 * math.pi * self._no_load_speed)
+        self.axis.set_velocity_gains(gain, gain * STEP / SPEED_INTEGRAL_TIME)
 
     def boot(self) -> None:
         """Begin without torque, in the turn that the shaft is in."""

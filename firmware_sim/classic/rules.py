@@ -14,10 +14,9 @@ from __future__ import annotations
 from firmware_sim.classic.counting import Mode, mode_of
 from firmware_sim.codes import StatusError
 from firmware_sim.control_table import Access, Area, Register
+from firmware_sim.firmware import Values
 from firmware_sim.memory import Memory
-
-Values = list[tuple[Register, int]]
-"""Registers, each with what is to be written there."""
+from firmware_sim.writing import WriteChecker
 
 
 def check_write(memory: Memory, address: int, data: bytes) -> tuple[StatusError, Values]:
@@ -43,30 +42,33 @@ def check_write(memory: Memory, address: int, data: bytes) -> tuple[StatusError,
         return StatusError.DATA_RANGE, []
     values = []
     for register in memory.table.span(address, len(data)).registers:
-        if register.access is Access.READ or _is_locked(memory, register):
-            return StatusError.DATA_RANGE, []
-        values.append((register, _merged(memory, register, address, data)))
-    return _check_values(memory, values)
+        value = _merged(memory, register, address, data)
+        error = _refuse_value(memory, register, value)
+        if error:
+            return error, []
+        values.append((register, value))
+    return StatusError.NONE, values
 
 
-def check_write_xl320(memory: Memory, address: int, data: bytes) -> tuple[StatusError, Values]:
-    """Return why an XL-320 refuses a write, and what it writes if it does not.
+def xl320_checker(memory: Memory) -> WriteChecker:
+    """Return what refuses an XL-320's writes, with the errors of protocol 2.0."""
 
-    Parameters and results as in `check_write`, but with the errors of protocol 2.0: access for
-    holes, for what is read-only and for EEPROM while torque is on, data length for part of a
-    register.
-    """
-    span = memory.table.span(address, len(data))
-    if not data or (span.begins_defined and span.cuts):
-        return StatusError.DATA_LENGTH, []
-    if not span.begins_defined or span.holes:
-        return StatusError.ACCESS, []
-    torque_on = memory.value("Torque Enable")
-    for register in span.registers:
-        if register.access is Access.READ or (register.area is Area.EEPROM and torque_on):
-            return StatusError.ACCESS, []
-    values = [(register, _merged(memory, register, address, data)) for register in span.registers]
-    return _check_values(memory, values)
+    def refuse(register: Register, value: int) -> StatusError:
+        if register.name == "Goal Position" and not _is_within_limits(memory, value):
+            return StatusError.DATA_LIMIT
+        return StatusError.NONE
+
+    return WriteChecker(memory, refuse)
+
+
+def _refuse_value(memory: Memory, register: Register, value: int) -> StatusError:
+    if register.access is Access.READ or _is_locked(memory, register):
+        return StatusError.DATA_RANGE
+    if not register.minimum <= value <= register.maximum:
+        return StatusError.DATA_RANGE
+    if register.name == "Goal Position" and not _is_within_limits(memory, value):
+        return StatusError.DATA_LIMIT
+    return StatusError.NONE
 
 
 def _is_locked(memory: Memory, register: Register) -> bool:
@@ -83,15 +85,6 @@ def _merged(memory: Memory, register: Register, address: int, data: bytes) -> in
         if 0 <= index < len(data):
             raw[position] = data[index]
     return int.from_bytes(raw, "little", signed=register.signed)
-
-
-def _check_values(memory: Memory, values: Values) -> tuple[StatusError, Values]:
-    for register, value in values:
-        if not register.minimum <= value <= register.maximum:
-            return StatusError.DATA_RANGE, []
-        if register.name == "Goal Position" and not _is_within_limits(memory, value):
-            return StatusError.DATA_LIMIT, []
-    return StatusError.NONE, values
 
 
 def _is_within_limits(memory: Memory, goal: int) -> bool:
