@@ -46,6 +46,11 @@ class Axes:
     def __iter__(self) -> Iterator[Axis]:
         return iter(self._axes)
 
+    @property
+    def settled(self) -> bool:
+        """Whether every axis has settled; quicker than asking each."""
+        return k.is_quiet(self.state)
+
     def column(self, column: int) -> k.FloatArray:
         """Return one of the columns that `kernel` names, of all axes: a view, shape (count,)."""
         return self.state[:, column]

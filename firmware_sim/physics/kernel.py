@@ -66,7 +66,7 @@ OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
     GOAL,  # where the trajectory ends, rad
     UNDER_WAY,  # 1 while a profile is in progress
     KIND,  # its shape, a ProfileType
-    SATURATED_FOR,  # s of full effort while nearly standing
+    SATURATED_FOR,  # s of full effort while nearly standing or pushed back
     SETTLED,  # 1 when nothing will move until the next command
     MODE,
     # ... what is commanded, ...
@@ -138,6 +138,9 @@ SOURCE_RESISTANCE, _PULL, _CONDUCTANCE, SAG, SUPPLY_COLUMNS = range(5)
 
 _NO_VOLTAGE = 1.0e-3
 """What loops divide by at least, V."""
+
+_SAME_VOLTAGE = 1.0e-9
+"""Change of the supply that wakes no loop, V."""
 
 _WARMING = 1.0 - math.exp(-STEP / THERMAL_TIME)
 
@@ -259,6 +262,11 @@ def _is_at_cap(x: FloatArray, duty: float, low: float, high: float) -> bool:
 
 
 @_compiled
+def _controls_current(x: FloatArray) -> bool:
+    return bool(x[MODE] == CURRENT or (x[MODE] != OFF and x[CURRENT_CAP] < math.inf))
+
+
+@_compiled
 def _control(x: FloatArray) -> None:
     """Run an axis' control loop for one step: leaves a duty in EFFORT."""
     mode = x[MODE]
@@ -288,7 +296,8 @@ def _control(x: FloatArray) -> None:
         duty = _compliance(x)
     else:
         duty = x[TARGET]
-    if _is_at_cap(x, duty, low, high) and abs(speed) < x[NEARLY_STANDING]:
+    # Pushed back at full effort is overloaded as well as standing.
+    if _is_at_cap(x, duty, low, high) and math.copysign(speed, speed * duty) < x[NEARLY_STANDING]:
         x[SATURATED_FOR] += STEP
     else:
         x[SATURATED_FOR] = 0.0
@@ -434,7 +443,11 @@ def control(state: FloatArray, supplies: FloatArray) -> None:
     _sag(supplies)
     for i in range(len(state)):
         x = state[i]
-        x[VOLTAGE] = x[SOURCE] - supplies[int(x[SUPPLY]), SAG]
+        voltage = x[SOURCE] - supplies[int(x[SUPPLY]), SAG]
+        if abs(voltage - x[VOLTAGE]) > _SAME_VOLTAGE and _controls_current(x):
+            x[SETTLED] = 0.0
+            x[LAST_DUTY] = math.inf
+        x[VOLTAGE] = voltage
 
 
 @_compiled
@@ -500,6 +513,26 @@ def _rest(x: FloatArray, steps: int) -> None:
 def _all_settled(state: FloatArray) -> bool:
     for i in range(len(state)):  # noqa: SIM110 - numba compiles no generator
         if not state[i, SETTLED]:
+            return False
+    return True
+
+
+@_compiled
+def is_quiet(state: FloatArray) -> bool:
+    """Whether nothing will happen to any axis until the next command.
+
+    Parameters
+    ----------
+    state : ndarray of float, shape (axes, COLUMNS)
+        All axes.
+
+    Returns
+    -------
+    bool
+        False as long as one moves, or is at full effort against something.
+    """
+    for i in range(len(state)):
+        if not state[i, SETTLED] or state[i, SATURATED_FOR] > 0.0:
             return False
     return True
 

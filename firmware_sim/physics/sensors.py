@@ -89,7 +89,7 @@ class Sensors:
 
     @property
     def saturated_for(self) -> float:
-        """For how long duty or current have been at their caps while it nearly stands, s."""
+        """For how long it has nearly stood, or gone back, with duty or current at their caps, s."""
         return self._row[k.SATURATED_FOR]
 
     @property

@@ -331,3 +331,19 @@ def test_less_than_full_effort_is_not_timed() -> None:
     rig.axis.release()
     rig.run(STEP)
     assert rig.axis.saturated_for == 0.0
+
+
+def test_full_effort_that_is_pushed_back_is_timed() -> None:
+    rig = OneAxis().held(P_800)
+    rig.axis.apply_load(1.3 * rig.motor.stall_torque)
+    rig.run(1.0)
+    assert rig.axis.velocity < -1.0
+    assert 0.9 < rig.axis.saturated_for < 1.0
+
+
+def test_running_at_full_duty_is_not_timed() -> None:
+    rig = OneAxis()
+    rig.axis.drive_duty(-1.0)
+    rig.run(1.0)
+    assert rig.axis.velocity == pytest.approx(-rig.no_load_speed, rel=1e-6)
+    assert rig.axis.saturated_for == 0.0

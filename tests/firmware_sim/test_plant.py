@@ -108,6 +108,23 @@ def test_a_standing_servo_slips_when_its_supply_sags() -> None:
     assert torque == pytest.approx(2.0, abs=1.2 * 0.041)
 
 
+def test_a_standing_current_stays_when_its_supply_sags() -> None:
+    axes = Axes(2)
+    for axis in axes:
+        axis.configure(DATA_SHEETS["xm430-w350"], TICK, 12.0)
+        axis.jam(on=True)
+    axes[0].drive_current(0.5)
+    plant = JointsPlant(axes, 1.0)
+    plant.advance(100)
+    assert axes.settled
+    assert axes[0].current == pytest.approx(0.5, rel=1e-9)
+    axes[1].drive_duty(0.9)
+    assert not axes.settled
+    plant.advance(100)
+    assert axes[0].voltage < 11.0
+    assert axes[0].current == pytest.approx(0.5, rel=1e-9)
+
+
 @given(st.lists(st.integers(1, 60), min_size=1, max_size=12))
 def test_any_chunks_of_time_come_to_the_same(chunks: list[int]) -> None:
     whole, cut = busy_axes(), busy_axes()
