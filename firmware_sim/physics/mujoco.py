@@ -107,17 +107,18 @@ class MujocoPlant:
             self._place()  # an axis was put elsewhere, as when a state is restored
         if not state[:, kernel.SETTLED].all():
             self._still_for = 0
-        begun = self._arm.data.time
+        due = self._arm.data.time + 0.5 * kernel.STEP
         for step in range(steps):
             if self._still_for >= _STILL_STEPS:
                 state[:, kernel.SETTLED] = 1.0
                 kernel.advance(state, self._supplies, steps - step)
                 return
             self._advance_once()
-        if self._arm.data.time < begun:  # MuJoCo begins anew where speeds have no bound
-            raise PlantError(
-                "the arm's bodies move without bound: check the masses and inertias in its MJCF"
-            )
+            if self._arm.data.time < due:  # MuJoCo begins anew where speeds have no bound
+                raise PlantError(
+                    "the arm's bodies move without bound: check the masses and inertias in its MJCF"
+                )
+            due += kernel.STEP
 
     def _advance_once(self) -> None:
         state, arm, mounts = self._state, self._arm, self._mounts
