@@ -13,8 +13,6 @@ from collections.abc import Callable
 
 from firmware_sim.codes import (
     SLAVE_MODE,
-    TIME_BASED_PROFILE,
-    TORQUE_ON_BY_GOAL,
     WATCHDOG_EXPIRED,
     OperatingMode,
     StatusError,
@@ -33,9 +31,6 @@ LIMITED_BY = {
     "Goal Velocity": "Velocity Limit",
 }
 """Goals, and which register says how large they may be either way."""
-
-TIME_BASED_FROM = 42
-"""Firmware from which Drive Mode(10) knows time-based profiles."""
 
 PORT_OUTPUT = 1
 """External Port Mode in which the port is an output."""
@@ -57,7 +52,7 @@ class Rules:
     def __init__(self, model: ServoModel, memory: Memory, is_shut_down: Callable[[], bool]) -> None:
         self._value = memory.value
         self._is_shut_down = is_shut_down
-        self._drive_mode_bits = known_drive_mode_bits(model)
+        self._drive_mode_bits = model.drive_mode_bits & ~SLAVE_MODE  # slaves are not modelled
         self._operating_modes = model.operating_modes
         self._protocols = model.protocols
         self._baud_codes = frozenset(model.baud_rates)
@@ -123,17 +118,3 @@ class Rules:
             return StatusError.NONE
         low, high = read("Min Position Limit"), read("Max Position Limit")
         return StatusError.NONE if low <= value <= high else StatusError.DATA_LIMIT
-
-
-def known_drive_mode_bits(model: ServoModel) -> int:
-    """Return the bits of Drive Mode(10) that a model's firmware knows and this simulator models.
-
-    The slave of a dual joint is not modelled. Time-based profiles came with firmware 42 (the 330
-    series always had them), torque on by goal update with the firmware that brought backups.
-    """
-    bits = model.drive_mode_bits & ~SLAVE_MODE
-    if model.firmware < TIME_BASED_FROM:
-        bits &= ~TIME_BASED_PROFILE
-    if model.backup_from is not None and model.firmware < model.backup_from:
-        bits &= ~TORQUE_ON_BY_GOAL
-    return bits
