@@ -45,4 +45,4 @@ def build_simulation(
     world = build_world(settings, when)
     for servo, snapshot in zip(world.servos, snapshots or (), strict=False):
         servo.restore_snapshot(snapshot)
-    return Simulation(Bus(world.servos, gap_rule=gap_rule), when)
+    return Simulation(Bus(world, gap_rule=gap_rule), start=when)

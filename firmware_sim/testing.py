@@ -106,7 +106,7 @@ class SteppedPort:
 
     def __init__(self, simulation: Simulation | Bus, clock: SteppedClock, baud_rate: float) -> None:
         if not isinstance(simulation, Simulation):
-            simulation = Simulation(simulation, clock.now())
+            simulation = Simulation(simulation, start=clock.now())
         self.simulation = simulation
         self.clock = clock
         self.baud_rate = baud_rate
