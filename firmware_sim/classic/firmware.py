@@ -16,11 +16,15 @@ from firmware_sim.classic.motion import Motion
 from firmware_sim.classic.present import Present
 from firmware_sim.classic.rules import check_write, xl320_checker
 from firmware_sim.codes import ALERT, HardwareError, StatusError
+from firmware_sim.control_table import Area
 from firmware_sim.firmware import Change, Values
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
 from firmware_sim.physics.axis import Axis
 from firmware_sim.timeline import Timeline
+
+_EEPROM_TIME = 6.0e-3
+"""How long an AX is deaf for each byte written to its EEPROM, s; measured by users on an AX-12."""
 
 _MODE_NAMES = frozenset(("CW Angle Limit", "CCW Angle Limit", "Control Mode"))
 
@@ -80,6 +84,8 @@ class ClassicFirmware:
         self.alarms = Alarms(memory, axis)
         self._present = Present(model, memory, self.motion, timeline)
         self._mode = self.motion.mode
+        self.deaf_until = timeline.now
+        """Until when it hears nothing because it writes its EEPROM, s: AX only."""
 
     @property
     def alert(self) -> int:
@@ -140,6 +146,9 @@ class ClassicFirmware:
 
     def wrote(self, changes: Sequence[Change]) -> None:
         """Do what a write brings about; the registers hold the new values already."""
+        if "CW Compliance Slope" in self._memory.table.by_name:
+            kept = sum(r.size for r, _, _ in changes if r.area is Area.EEPROM)
+            self.deaf_until = max(self.deaf_until, self._timeline.now + kept * _EEPROM_TIME)
         written = {register.name: value for register, value, _ in changes}
         changed = {register.name for register, _, differs in changes if differs}
         if changed & _MODE_NAMES and self.motion.mode is not self._mode:

@@ -25,7 +25,7 @@ from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
 from firmware_sim.physics.axis import Axis
 from firmware_sim.physics.kernel import STEP
-from firmware_sim.physics.profile import Profile, velocity_profile
+from firmware_sim.physics.profile import Profile, ProfileType, velocity_profile
 
 SPEED_INTEGRAL_TIME = 0.02
 """Proportional over integral gain of speed control, s; chosen: no overshoot without a load."""
@@ -168,10 +168,15 @@ class Motion:
         )
 
     def _profile(self) -> Profile:
+        axis = self.axis
         speed = self._memory.value("Moving Speed") % DIRECTION_BIT
+        start, velocity = axis.reference, axis.reference_velocity
+        if axis.kind is ProfileType.STEP and abs(axis.velocity) >= self._units.velocity:
+            # On its way as fast as it can, with the trajectory at its end since the beginning.
+            start, velocity = axis.angle, axis.velocity
         return velocity_profile(
-            self.axis.reference,
-            self.axis.reference_velocity,
+            start,
+            velocity,
             self.angle(self._memory.value("Goal Position")),
             speed * self._units.velocity,
             self._acceleration,

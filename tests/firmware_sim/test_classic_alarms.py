@@ -2,7 +2,8 @@
 
 import pytest
 
-from firmware_sim.classic.alarms import OVERLOAD_TIME
+from firmware_sim.classic.alarms import BLINKING_AFTER, OVERLOAD_TIME
+from firmware_sim.classic.firmware import ClassicFirmware
 from firmware_sim.codes import ALERT, HardwareError, StatusError
 from tests.firmware_sim.classic_bench import ClassicBench
 
@@ -194,3 +195,40 @@ def test_errors_that_it_cannot_detect_change_nothing() -> None:
     servo.servo.raise_hardware_error(HardwareError.MOTOR_ENCODER)
     assert servo.servo.error_bits == 0
     assert servo.read("Torque Limit") == 1023
+
+
+def led(servo: ClassicBench) -> int:
+    firmware = servo.servo.firmware
+    assert isinstance(firmware, ClassicFirmware)
+    return firmware.led
+
+
+def test_the_led_blinks_by_the_second_for_an_alarm_of_its_mask() -> None:
+    servo = ClassicBench("ax-12a", Alarm_LED=OVERHEATING, Shutdown=0, Temperature_Limit=20)
+    seen = []
+    for _ in range(40):
+        servo.run(0.1)
+        seen.append(led(servo))
+    assert seen[10:20] == seen[20:30]
+    assert sum(seen[10:20]) == 5
+    servo.set(Temperature_Limit=70, LED=1)
+    servo.run(BLINKING_AFTER + 0.1)
+    assert {led(servo), servo.read("LED")} == {1}
+    servo.run(0.5)
+    assert led(servo) == 1
+    servo.set(LED=0)
+    assert led(servo) == 0
+
+
+def test_the_led_does_not_blink_for_what_is_not_in_its_mask() -> None:
+    servo = ClassicBench("ax-12a", Alarm_LED=OVERLOAD, Shutdown=0, Temperature_Limit=20)
+    for _ in range(15):
+        servo.run(0.1)
+        assert led(servo) == 0
+    assert servo.servo.error_bits == OVERHEATING
+
+
+def test_the_led_of_an_xl_320_has_colours() -> None:
+    servo = ClassicBench("xl-320")
+    servo.set(LED=6)
+    assert led(servo) == 6

@@ -55,6 +55,19 @@ def test_a_speed_beyond_the_motor_is_the_motors() -> None:
     assert servo.read("Present Speed") == pytest.approx(59.0 / 0.111, rel=0.02)
 
 
+@pytest.mark.parametrize("name", ["ax-12a", "mx-28"])
+def test_a_new_moving_speed_counts_on_the_way(name: str) -> None:
+    servo = ClassicBench(name, 0)
+    servo.set(Goal_Position=servo.read("CCW Angle Limit"))
+    servo.run(0.2)
+    assert servo.read("Present Speed") > 450
+    for speed in (30, 100):
+        servo.set(Moving_Speed=speed)
+        servo.run(0.3)
+        assert servo.read("Present Speed") == pytest.approx(speed, abs=4)
+        assert servo.read("Moving") == 1
+
+
 def test_it_stops_within_the_margin() -> None:
     servo = ClassicBench("ax-12a", 200, Max_Torque=1023)
     servo.set(CW_Compliance_Margin=20, CCW_Compliance_Margin=20, Moving_Speed=50)

@@ -1,7 +1,10 @@
 """Registers of AX, MX and XL-320: what is refused, what is locked, what lasts."""
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from firmware_sim.classic.firmware import ClassicFirmware
 from firmware_sim.codes import StatusError
 from tests.firmware_sim.classic_bench import ClassicBench
 
@@ -12,6 +15,9 @@ OK, RANGE, LIMIT, ACCESS, LENGTH = (
     StatusError.ACCESS,
     StatusError.DATA_LENGTH,
 )
+
+
+MODELS = ("ax-12a", "ax-18a", "mx-28", "mx-64", "mx-106", "xl-320")
 
 
 @pytest.mark.parametrize(
@@ -104,7 +110,7 @@ def test_torque_locks_the_eeprom_of_an_xl_320_only(name: str, error: StatusError
     assert servo.write("Temperature Limit", 60) == OK
 
 
-@pytest.mark.parametrize("name", ["ax-12a", "ax-18a", "mx-28", "mx-64", "mx-106", "xl-320"])
+@pytest.mark.parametrize("name", MODELS)
 def test_torque_limit_is_max_torque_at_power_up(name: str) -> None:
     servo = ClassicBench(name)
     assert servo.read("Torque Limit") == servo.model.table["Max Torque"].default
@@ -132,6 +138,46 @@ def test_a_factory_reset_brings_the_initial_values_back() -> None:
     servo.run(1.0)
     for name in ("ID", "Baud Rate", "P Gain", "CCW Angle Limit"):
         assert servo.read(name) == servo.model.table[name].default
+
+
+def test_an_ax_is_deaf_while_it_writes_its_eeprom() -> None:
+    servo = ClassicBench("ax-12a")
+    firmware = servo.servo.firmware
+    assert isinstance(firmware, ClassicFirmware)
+    servo.run(1.0)
+    servo.set(Moving_Speed=10)
+    assert firmware.deaf_until <= servo.now
+    servo.set(Max_Torque=500)
+    assert firmware.deaf_until - servo.now == pytest.approx(2 * 6.0e-3)
+    servo.set(LED=1)
+    assert firmware.deaf_until - servo.now == pytest.approx(2 * 6.0e-3)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    name=st.sampled_from(MODELS),
+    writes=st.lists(
+        st.tuples(st.integers(0, 80), st.binary(min_size=0, max_size=12), st.booleans()),
+        max_size=25,
+    ),
+)
+def test_no_write_brings_a_register_out_of_its_range(
+    name: str, writes: list[tuple[int, bytes, bool]]
+) -> None:
+    servo = ClassicBench(name)
+    for address, data, wait in writes:
+        before = bytes(servo.servo.memory.data)
+        if servo.servo.write(address, data):
+            kept = bytearray(servo.servo.memory.data)
+            for lost in ("Torque Limit", "Torque Enable", "Hardware Error Status"):
+                if lost in servo.model.table.by_name:  # an alarm that the mask may have
+                    register = servo.model.table[lost]
+                    kept[register.address : register.end] = before[register.address : register.end]
+            assert bytes(kept) == before
+        if wait:
+            servo.run(0.05)
+    for register in servo.model.table.registers:
+        assert register.minimum <= servo.read(register.name) <= register.maximum, register.name
 
 
 def test_registered_writes_wait_for_the_action() -> None:
