@@ -75,11 +75,7 @@ class LateReply(PacketFault):
 
     def outward(self, pieces: list[Piece], line: Line) -> list[Piece]:
         """Return the replies that come now: those held back, as soon as this request has left."""
-        freed = []
-        when = line.end
-        for piece in self._held:
-            when += wire_time(len(piece.data), line.baud_rate)
-            freed.append(Piece(piece.data, when, piece.servo_id))
+        freed = [Piece(piece.data, line.end, piece.servo_id) for piece in self._held]
         self._held.clear()
         return freed + super().outward(pieces, line)
 

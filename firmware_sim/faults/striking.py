@@ -7,6 +7,7 @@ from random import Random
 from firmware_sim.errors import FaultError
 from firmware_sim.faults.fault import Fault, Line, Piece
 from firmware_sim.faults.spec import FaultSpec
+from firmware_sim.packet import BROADCAST_ID
 
 
 class PacketFault(Fault):
@@ -43,8 +44,14 @@ class PacketFault(Fault):
                 continue
             changed += hit
             self.rest(line.when)
-            self.struck(line.when, piece.servo_id, _difference(piece, hit))
+            self.struck(line.when, self._victim(piece), _difference(piece, hit))
         return changed
+
+    def _victim(self, piece: Piece) -> int | None:
+        """Whom a strike is said to have hit; nobody in particular by a packet to all."""
+        if self.spec.servo_id is not None:
+            return self.spec.servo_id
+        return None if piece.servo_id == BROADCAST_ID else piece.servo_id
 
     def rest(self, when: float) -> None:
         """Strike not again before ``every`` is over."""
