@@ -147,12 +147,11 @@ def build_fast_status(length: int, parts: Iterable[tuple[int, int, bytes]]) -> b
         included, as the manual's example bytes have it.
     """
     head = HEADER + bytes((BROADCAST_ID, length & 0xFF, length >> 8, STATUS_INSTRUCTION))
-    crc = crc16(head)
     pieces = [head]
+    crc, tail = crc16(head), b""
     for error, servo_id, data in parts:
-        part = bytes((error, servo_id)) + data
-        crc = crc16(part, crc)
+        piece = tail + bytes((error, servo_id)) + data
+        crc = crc16(piece, crc)
         tail = crc.to_bytes(2, "little")
-        crc = crc16(tail, crc)
-        pieces += (part, tail)
-    return b"".join(pieces)
+        pieces.append(piece)
+    return b"".join((*pieces, tail))
