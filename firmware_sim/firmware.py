@@ -64,7 +64,7 @@ class Firmware(Protocol):
         """Return what measures the register of this name, None if it reads what was stored."""
 
     def inspect(self) -> None:
-        """Look for causes of errors; called every `world.INSPECTION_STEPS` steps of physics."""
+        """Look for causes of errors; called every `world.INSPECTION_STEPS` while it moves."""
 
     def wake(self) -> None:
         """Do what was to be done at `next_event`."""

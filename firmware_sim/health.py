@@ -36,6 +36,8 @@ ENCODER_TIME = 0.1
 ENCODER_SLACK = 20
 """How far the encoder may be off, ticks."""
 
+_ROUNDING = 1e-9
+
 PROTOCOL_1_BITS = MappingProxyType(
     {
         HardwareError.INPUT_VOLTAGE: 0x01,
@@ -73,7 +75,7 @@ class Health:
         """Hardware Error Status(70)."""
         self.shut_down = False
         """Whether an error has taken the torque away until a reboot."""
-        self._lasting: dict[HardwareError, float] = {}
+        self._since: dict[HardwareError, float] = {}
 
     @property
     def protocol_1_bits(self) -> int:
@@ -84,7 +86,7 @@ class Health:
         """Forget all errors, and look at once at what is wrong all the time."""
         self.status = 0
         self.shut_down = False
-        self._lasting.clear()
+        self._since.clear()
         self.take_settings()
         if not self._low <= self._axis.voltage <= self._high:
             self.raise_error(HardwareError.INPUT_VOLTAGE)
@@ -105,27 +107,25 @@ class Health:
             self.shut_down = True
             self._drop_torque()
 
-    def inspect(self, interval: float) -> None:
-        """Look for causes of errors, having looked last an interval (s) ago."""
+    def inspect(self, now: float) -> None:
+        """Look for causes of errors, at a time in s."""
         axis = self._axis
         if axis.temperature > self._hottest:
             self.raise_error(HardwareError.OVERHEATING)
         if axis.saturated_for >= OVERLOAD_TIME and abs(axis.duty) >= OVERLOAD_DUTY:
             self.raise_error(HardwareError.OVERLOAD)
         voltage = axis.voltage
-        if not self._low <= voltage <= self._high:
-            self._notice(HardwareError.INPUT_VOLTAGE, interval, VOLTAGE_TIME)
-            if voltage < self._shock_voltage and axis.torque_on:
-                self._notice(HardwareError.ELECTRICAL_SHOCK, interval, SHOCK_TIME)
-        elif self._lasting:
-            self._lasting.pop(HardwareError.INPUT_VOLTAGE, None)
-            self._lasting.pop(HardwareError.ELECTRICAL_SHOCK, None)
-        if abs(axis.angle - axis.ticks * self._tick) > ENCODER_SLACK * self._tick:
-            self._notice(HardwareError.MOTOR_ENCODER, interval, ENCODER_TIME)
+        low = voltage < self._low
+        self._notice(HardwareError.INPUT_VOLTAGE, low or voltage > self._high, now, VOLTAGE_TIME)
+        shocked = low and voltage < self._shock_voltage and axis.torque_on
+        self._notice(HardwareError.ELECTRICAL_SHOCK, shocked, now, SHOCK_TIME)
+        lost = abs(axis.angle - axis.ticks * self._tick) > ENCODER_SLACK * self._tick
+        self._notice(HardwareError.MOTOR_ENCODER, lost, now, ENCODER_TIME)
 
-    def _notice(self, error: HardwareError, interval: float, patience: float) -> None:
-        """Raise an error that has lasted."""
-        lasted = self._lasting.get(error, 0.0) + interval
-        self._lasting[error] = lasted
-        if lasted >= patience - 1e-9:
+    def _notice(self, error: HardwareError, there: bool, now: float, patience: float) -> None:
+        """Raise an error whose cause has lasted."""
+        if not there:
+            if self._since:
+                self._since.pop(error, None)
+        elif now - self._since.setdefault(error, now) >= patience - _ROUNDING:
             self.raise_error(error)

@@ -27,12 +27,6 @@ TICKS_PER_TURN = 4096
 PWM_FULL = 885
 """Register count of a PWM of 100 % (e-Manual, "Goal PWM(100)": 0.113 % a count)."""
 
-VELOCITY_UNIT = 0.229 * TICKS_PER_TURN / 60
-"""Ticks per second of one velocity count (e-Manual, "Goal Velocity(104)": 0.229 rev/min)."""
-
-ACCELERATION_UNIT = 214.577 * TICKS_PER_TURN / 3600
-"""Ticks per second squared of one acceleration count (e-Manual: 214.577 rev/min^2)."""
-
 X_BAUD_RATES: Mapping[int, int] = MappingProxyType(
     {
         0: 9_600,

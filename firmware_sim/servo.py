@@ -40,7 +40,6 @@ _RETURN_DELAY_UNIT = 2.0e-6
 _IDENTITY = frozenset(
     ("ID", "Secondary(Shadow) ID", "Protocol Type", "Baud Rate", "Return Delay Time")
 ) | {"Status Return Level"}
-_WATCHED = frozenset(("Bus Watchdog", "Torque Enable", "Protocol Type"))
 
 
 class Servo:
@@ -108,7 +107,7 @@ class Servo:
         self._reader = Reader(self.memory, self.firmware, self._indirect)
         self._registered: tuple[int, bytes, bool] | None = None
         self._power_on_at = math.inf
-        self.boot()
+        self._boot()
         self._deaf_until = timeline.now
 
     @property
@@ -124,7 +123,7 @@ class Servo:
     @property
     def moving(self) -> bool:
         """Whether its physics must go on even if nobody asks for a while."""
-        return not self.axis.settled
+        return not self.axis.settled or self.axis.saturated_for > 0.0
 
     @property
     def hears(self) -> bool:
@@ -181,6 +180,7 @@ class Servo:
         for register, _value, changed in changes:
             if changed:
                 self._take_setting(register.name)
+        self._timeline.wake_at(self._watchdog.deadline)
         return StatusError.NONE
 
     def register_write(self, address: int, data: bytes, *, ram_only: bool = False) -> StatusError:
@@ -223,12 +223,11 @@ class Servo:
 
     def reboot(self) -> None:
         """Start anew: RAM to its defaults, torque off, deaf for `BOOT_TIME`."""
-        self.boot()
+        self._boot()
 
     def power_cycle(self, off_for: float = 0.0) -> None:
         """Take its supply away for a time in s; it boots when that returns."""
         self.firmware.power_off()
-        self._take_setting("Torque Enable")
         self._power_on_at = self._timeline.now + off_for
         self._deaf_until = self._power_on_at + BOOT_TIME
         self._timeline.wake_at(self._power_on_at)
@@ -245,7 +244,6 @@ class Servo:
     def raise_hardware_error(self, error: HardwareError) -> None:
         """Let it notice a hardware error; only a reboot clears it."""
         self.firmware.raise_hardware_error(error)
-        self._take_setting("Torque Enable")
 
     def apply_load(self, torque: float) -> None:
         """Load the horn with an external torque against the shaft's positive direction, N m."""
@@ -253,9 +251,8 @@ class Servo:
 
     def inspect(self) -> None:
         """Let it look for causes of errors."""
-        if self._timeline.now >= self._power_on_at or self._power_on_at == math.inf:
+        if self._power_on_at == math.inf:
             self.firmware.inspect()
-            self._watchdog.take_settings(self.protocol)
 
     @property
     def next_event(self) -> float:
@@ -266,7 +263,7 @@ class Servo:
         """Do what was to be done at `next_event`."""
         now = self._timeline.now
         if self._power_on_at <= now:
-            self.boot()
+            self._boot()
         if self._watchdog.deadline <= now:
             self._watchdog.expire()
             self.firmware.stop()
@@ -285,10 +282,10 @@ class Servo:
             If it is not one of this model: one line that says why; nothing was changed.
         """
         put_snapshot(self, snapshot)
-        self.boot()
+        self._boot()
         self._deaf_until = self._timeline.now
 
-    def boot(self) -> None:
+    def _boot(self) -> None:
         """Begin anew with what the EEPROM holds; deaf for `BOOT_TIME`."""
         value = self.memory.value
         self._power_on_at = math.inf
@@ -309,7 +306,6 @@ class Servo:
         if startup & STARTUP_TORQUE_ON:
             self.write(self.model.table["Torque Enable"].address, b"\x01")
         self._watchdog.fed_at = self._timeline.now
-        self._watchdog.take_settings(self.protocol)
 
     def _keep(self, registered: tuple[int, bytes, bool] | None) -> None:
         self._registered = registered
@@ -319,9 +315,6 @@ class Servo:
         """Look again at what a register says that the servo itself lives by."""
         if name in _IDENTITY:
             self._take_identity()
-        if name in _WATCHED:
-            self._watchdog.take_settings(self.protocol)
-            self._timeline.wake_at(self._watchdog.deadline)
         elif name.startswith("Indirect Address"):
             self._reader.forget()
 

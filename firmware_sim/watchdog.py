@@ -30,27 +30,23 @@ class BusWatchdog:
     def __init__(self, memory: Memory) -> None:
         self._memory = memory
         self._exists = "Bus Watchdog" in memory.table.by_name
-        self._time = math.inf
+        self._speaks_protocol_1 = "Protocol Type" in memory.table.by_name
         self.fed_at = 0.0
         """When the last instruction came, s."""
-
-    def take_settings(self, protocol: int) -> None:
-        """Read the registers again: Bus Watchdog or Torque Enable has changed."""
-        self._time = math.inf
-        if not self._exists or protocol != 2:
-            return
-        value = self._memory.value("Bus Watchdog")
-        if 0 < value < WATCHDOG_EXPIRED and self._memory.value("Torque Enable"):
-            self._time = value * UNIT
 
     @property
     def deadline(self) -> float:
         """When it expires unless it is fed, s; infinity while it does not watch."""
-        return self.fed_at + self._time
+        value = self._memory.value
+        time = value("Bus Watchdog") if self._exists else 0
+        if not 0 < time < WATCHDOG_EXPIRED or not value("Torque Enable"):
+            return math.inf
+        if self._speaks_protocol_1 and value("Protocol Type") != 2:
+            return math.inf
+        return self.fed_at + time * UNIT
 
     def expire(self) -> None:
         """Leave the registers as an expiry does."""
         self._memory.store("Bus Watchdog", WATCHDOG_EXPIRED)
         self._memory.store("Profile Acceleration", 0)
         self._memory.store("Profile Velocity", 0)
-        self._time = math.inf

@@ -71,6 +71,7 @@ class World:
         self._timeline = timeline
         self._epoch = timeline.now
         self._steps = 0
+        self._inspection = INSPECTION_STEPS
 
     @property
     def now(self) -> float:
@@ -106,15 +107,25 @@ class World:
         """Move the axes, with an inspection whenever one is due."""
         target = int((when - self._epoch) / STEP + _ROUNDING)
         while self._steps < target:
-            interval = INSPECTION_STEPS if self.moving else RESTING_STEPS
-            inspection = (self._steps // interval + 1) * interval
-            stop = min(target, inspection)
+            if self._inspection - self._steps > INSPECTION_STEPS and self.moving:
+                self._inspection = _next_multiple(self._steps, INSPECTION_STEPS)
+            stop = min(target, self._inspection)
             self.plant.advance(stop - self._steps)
             self._steps = stop
-            if stop == inspection:
-                self._timeline.now = max(self._timeline.now, self._epoch + stop * STEP)
-                for servo in self.servos:
-                    servo.inspect()
+            if stop == self._inspection:
+                self._inspect()
+
+    def _inspect(self) -> None:
+        """Let the servos look for causes of errors, and say when they look next."""
+        self._timeline.now = max(self._timeline.now, self._epoch + self._steps * STEP)
+        for servo in self.servos:
+            servo.inspect()
+        interval = INSPECTION_STEPS if self.moving else RESTING_STEPS
+        self._inspection = _next_multiple(self._steps, interval)
+
+
+def _next_multiple(steps: int, interval: int) -> int:
+    return (steps // interval + 1) * interval
 
 
 def build_world(

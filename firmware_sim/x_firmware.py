@@ -21,13 +21,9 @@ from firmware_sim.health import Health
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
 from firmware_sim.physics.axis import Axis
-from firmware_sim.physics.kernel import STEP
 from firmware_sim.present import Present
 from firmware_sim.rules import GOAL_NAMES, Rules
 from firmware_sim.timeline import Timeline
-
-INSPECTION_STEPS = 10
-"""Steps of physics between two inspections: errors are noticed to 10 ms."""
 
 
 class XFirmware:
@@ -110,7 +106,7 @@ class XFirmware:
 
     def inspect(self) -> None:
         """Look for causes of errors."""
-        self.health.inspect(INSPECTION_STEPS * STEP)
+        self.health.inspect(self._timeline.now)
 
     def wake(self) -> None:
         """Lead the PWM on along its slope."""
