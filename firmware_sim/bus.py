@@ -52,14 +52,14 @@ class Bus:
 
     Parameters
     ----------
-    world : World or sequence of Servo
+    world : World
         The servos. Their IDs need not differ, as on a real bus: those of one ID talk at once.
     gap_rule : bool
         Whether a silence within a frame makes the servos give it up.
     """
 
-    def __init__(self, world: World | Sequence[Servo], gap_rule: bool = True) -> None:
-        self.world = world if isinstance(world, World) else World(world)
+    def __init__(self, world: World, gap_rule: bool = True) -> None:
+        self.world = world
         self.ears = Ears()
         self.observers: list[Callable[[Heard | Said], None]] = []
         """Called with each frame heard and said."""

@@ -15,12 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import IntEnum
+from functools import partial
 
 from firmware_sim.codes import StatusError
 from firmware_sim.model import ServoModel
 from firmware_sim.packet1 import BROADCAST_ID_1, MAX_PARAMS_1, build_packet_1
 from firmware_sim.parser import DamagedPacket, Packet
-from firmware_sim.replies import Listeners, Reply, Turn, in_ram
+from firmware_sim.replies import Listeners, Reply, Turn
 from firmware_sim.servo import Servo
 
 _REBOOTS_FROM = 40
@@ -157,10 +158,10 @@ def _obey_as_shadow(servo: Servo, instruction: int, params: bytes) -> None:
     """Do what was asked of a secondary ID, without a word."""
     if instruction == Instruction1.ACTION:
         servo.act()
-    elif instruction in (Instruction1.WRITE, Instruction1.REG_WRITE) and len(params) > 1:
-        write = servo.write if instruction == Instruction1.WRITE else servo.register_write
-        if in_ram(servo, params[0]):
-            write(params[0], params[1:])
+    elif instruction == Instruction1.WRITE:
+        _with_params(partial(servo.write, ram_only=True), params)
+    elif instruction == Instruction1.REG_WRITE:
+        _with_params(partial(servo.register_write, ram_only=True), params)
 
 
 def _reboots(model: ServoModel) -> bool:

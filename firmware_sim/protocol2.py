@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import IntEnum
+from functools import partial
 
 from firmware_sim.codes import StatusError
 from firmware_sim.packet import BROADCAST_ID, STATUS_INSTRUCTION, build_status
@@ -28,7 +29,7 @@ from firmware_sim.protocol2_shares import (
     sync_reads,
     sync_writes,
 )
-from firmware_sim.replies import Listeners, Reply, Turn, in_ram
+from firmware_sim.replies import Listeners, Reply, Turn
 from firmware_sim.servo import Servo
 
 _RESET_ALL = 0xFF
@@ -133,10 +134,10 @@ def _obey_as_shadow(servo: Servo, instruction: int, params: bytes) -> None:
     """Do what was asked of a secondary ID, without a word."""
     if instruction == Instruction.ACTION:
         servo.act()
-    elif instruction in (Instruction.WRITE, Instruction.REG_WRITE):
-        write = servo.write if instruction == Instruction.WRITE else servo.register_write
-        if in_ram(servo, int.from_bytes(params[:2], "little")):
-            _with_params(write, params)
+    elif instruction == Instruction.WRITE:
+        _with_params(partial(servo.write, ram_only=True), params)
+    elif instruction == Instruction.REG_WRITE:
+        _with_params(partial(servo.register_write, ram_only=True), params)
 
 
 def _unknown(servo: Servo, _params: bytes) -> Reply | None:

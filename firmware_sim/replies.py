@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from firmware_sim.control_table import Area
 from firmware_sim.servo import Servo
 
 
@@ -60,12 +59,15 @@ class Listeners:
         return [servo for servo in self.shadows.get(servo_id, ()) if servo.hears]
 
     def write(self, servo_id: int, address: int, data: bytes) -> None:
-        """Write a servo's share of a write to several, and its shadows'; nobody answers."""
+        """Write a servo's share of a write to several, and its shadows'; nobody answers.
+
+        Through a secondary ID the EEPROM is out of reach (e-Manual, X-series pages,
+        "Secondary(Shadow) ID(12)").
+        """
         for servo in self.hearing(servo_id):
             servo.write(address, data)
         for servo in self.hearing_shadows(servo_id):
-            if in_ram(servo, address):
-                servo.write(address, data)
+            servo.write(address, data, ram_only=True)
 
 
 def gather(servos: Iterable[Servo]) -> Listeners:
@@ -78,12 +80,3 @@ def gather(servos: Iterable[Servo]) -> Listeners:
         if servo.secondary_id is not None and servo.secondary_id != servo.servo_id:
             shadows.setdefault(servo.secondary_id, []).append(servo)
     return Listeners(everyone, by_id, shadows)
-
-
-def in_ram(servo: Servo, address: int) -> bool:
-    """Return whether an address may be written to through a secondary ID.
-
-    The e-Manual's X-series pages, "Secondary(Shadow) ID(12)": the EEPROM may not.
-    """
-    register = servo.model.table.at(address)
-    return register is not None and register.area is Area.RAM
