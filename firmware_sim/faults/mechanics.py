@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from random import Random
+
 from firmware_sim.faults.argument import Argument
 from firmware_sim.faults.servo_states import ServoState
-from firmware_sim.faults.spec import FaultKind
+from firmware_sim.faults.spec import FaultKind, FaultSpec
 from firmware_sim.servo import Servo
+
+_LOOK_TIME = 0.02
+"""From one look at a supply that sags to the next, s."""
+
+_LOOKS = 10
+"""How many there are: by then every servo has noticed what there is to notice."""
 
 
 class Jam(ServoState):
@@ -65,9 +74,32 @@ class StuckEncoder(ServoState):
 
 
 class SupplySag(ServoState):
-    """The supply gives less than it should."""
+    """The supply gives less than it should.
+
+    Servos at rest look at themselves once a second only; of a sag they are told at once.
+    """
 
     effect = "supply"
+
+    def __init__(self, spec: FaultSpec, random: Random) -> None:
+        super().__init__(spec, random)
+        self._looks = 0
+        self._until: float | None = None
+
+    def wake(self, when: float) -> None:
+        """Begin or end, or let the servos look at their supply."""
+        if self.on and self._looks and (self._until is None or when < self._until):
+            self._looks -= 1
+            for servo in self.held:
+                servo.inspect()
+        else:
+            super().wake(when)
+            self._until = self.wakes
+            self._looks = _LOOKS
+        if self.on:
+            soon = when + _LOOK_TIME if self._looks else math.inf
+            wakes = min(soon, math.inf if self._until is None else self._until)
+            self.wakes = None if wakes == math.inf else wakes
 
     def present(self, servo: Servo) -> float:
         """Return its voltage, V."""

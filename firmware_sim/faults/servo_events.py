@@ -55,6 +55,7 @@ class Fold(EventFault):
     def __init__(self, spec: FaultSpec, random: Random) -> None:
         super().__init__(spec, random)
         self._moving: list[Servo] = []
+        self._following: float | None = None
 
     def wake(self, when: float) -> None:
         """Go on with those that moved, or strike."""
@@ -62,8 +63,8 @@ class Fold(EventFault):
             self._fold(self._moving, when)
         else:
             super().wake(when)
-        if self._moving:
-            self.wakes = when + _RETRY
+            self._following = self.wakes
+        self.wakes = when + _RETRY if self._moving else self._following
 
     def strike(self, when: float) -> None:
         """Let them forget."""

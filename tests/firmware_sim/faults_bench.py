@@ -105,7 +105,11 @@ class FaultBench:
         assert crc_fits(answer)
         return answer[8]
 
+    def wait_until(self, when: float) -> None:
+        """Let time pass until a time in s."""
+        self.port.wait_until(when)
+        self.simulation.advance(self.clock.now())
+
     def wait(self, duration: float) -> None:
         """Let time pass, s."""
-        self.port.wait_until(self.clock.now() + duration)
-        self.simulation.advance(self.clock.now())
+        self.wait_until(self.clock.now() + duration)
