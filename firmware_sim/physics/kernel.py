@@ -111,7 +111,8 @@ OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
     INTEGRAL,  # duty
     LAST_REFERENCE,
     LAST_SPEED,
-    LAST_DUTY,
+    DEMAND,  # duty that the loop asked for, before its caps
+    LAST_DEMAND,
     # ... the motor, ...
     MOTOR_ANGLE,  # before the backlash, rad
     MOTOR_SPEED,
@@ -131,13 +132,16 @@ OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
     NEARLY_STANDING,  # rad/s
     SUPPLY,  # which row of `supplies`
     COLUMNS,
-) = range(74)
+) = range(75)
 
 # Columns of `supplies`: resistance of the source, sums over its axes, sag.
 SOURCE_RESISTANCE, _PULL, _CONDUCTANCE, SAG, SUPPLY_COLUMNS = range(5)
 
 _NO_VOLTAGE = 1.0e-3
 """What loops divide by at least, V."""
+
+_SAME_DUTY = 1.0e-12
+"""Change of a loop's output from step to step that counts as none."""
 
 _SAME_VOLTAGE = 1.0e-9
 """Change of the supply that wakes no loop, V."""
@@ -270,9 +274,9 @@ def _controls_current(x: FloatArray) -> bool:
 def _control(x: FloatArray) -> None:
     """Run an axis' control loop for one step: leaves a duty in EFFORT."""
     mode = x[MODE]
-    x[LAST_DUTY] = x[EFFORT]
+    x[LAST_DEMAND] = x[DEMAND]
     if mode == OFF:
-        x[EFFORT] = 0.0
+        x[EFFORT] = x[DEMAND] = 0.0
         x[SATURATED_FOR] = 0.0
         return
     cap = x[DUTY_CAP]
@@ -301,6 +305,7 @@ def _control(x: FloatArray) -> None:
         x[SATURATED_FOR] += STEP
     else:
         x[SATURATED_FOR] = 0.0
+    x[DEMAND] = duty
     x[EFFORT] = max(low, min(high, duty))
 
 
@@ -397,13 +402,7 @@ def _settle_accounts(x: FloatArray, mean_speed: float) -> None:
 @_compiled
 def _is_steady(x: FloatArray) -> bool:
     """Whether the control loop will put out the same again, as long as nothing moves."""
-    if x[UNDER_WAY] or abs(x[EFFORT] - x[LAST_DUTY]) > 1e-12:
-        return False
-    if x[MODE] == POSITION and x[POSITION_I]:
-        return bool(x[REFERENCE] == _measured_angle(x))
-    if x[MODE] == VELOCITY and x[VELOCITY_I]:
-        return bool(x[REFERENCE_SPEED] == 0.0)
-    return True
+    return not x[UNDER_WAY] and abs(x[DEMAND] - x[LAST_DEMAND]) < _SAME_DUTY
 
 
 @_compiled
@@ -446,7 +445,7 @@ def control(state: FloatArray, supplies: FloatArray) -> None:
         voltage = x[SOURCE] - supplies[int(x[SUPPLY]), SAG]
         if abs(voltage - x[VOLTAGE]) > _SAME_VOLTAGE and _controls_current(x):
             x[SETTLED] = 0.0
-            x[LAST_DUTY] = math.inf
+            x[LAST_DEMAND] = math.inf
         x[VOLTAGE] = voltage
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from firmware_sim.physics import kernel
+from firmware_sim.physics.axis import Axes
 from firmware_sim.physics.kernel import (
     AMBIENT_TEMPERATURE,
     STATIC_FRICTION,
@@ -13,6 +14,7 @@ from firmware_sim.physics.kernel import (
     THERMAL_RESISTANCE,
     THERMAL_TIME,
 )
+from firmware_sim.physics.plant import JointsPlant
 
 from .one_axis import DATA_SHEETS, TICK, OneAxis
 
@@ -164,19 +166,20 @@ def test_losses_warm_it_with_the_square_of_the_current(load: float) -> None:
 
 
 def test_resting_warms_as_stepping_does() -> None:
-    """The second rig never rests, since its velocity loop keeps summing what it cannot mend."""
-    rested, stepped = OneAxis(), OneAxis()
-    for rig in (rested, stepped):
-        rig.axis.jam(on=True)
-    rested.axis.drive_duty(0.9)
-    stepped.axis.set_caps(0.9)
-    stepped.axis.set_velocity_gains(10.0, 1e-9)
-    stepped.axis.drive_velocity(1.0)
-    rested.run(30.0)
-    stepped.run(30.0)
-    assert rested.axis.settled
-    assert not stepped.axis.settled
-    assert rested.axis.temperature == pytest.approx(stepped.axis.temperature, abs=1e-6)
+    """The second of two axes rests only if the first does too."""
+    temperatures = []
+    for first_runs in (False, True):
+        axes = Axes(2)
+        for axis in axes:
+            axis.configure(DATA_SHEETS["xl430-w250"], TICK, 12.0)
+        axes[1].jam(on=True)
+        axes[1].drive_duty(0.9)
+        axes[0].drive_duty(float(first_runs))
+        JointsPlant(axes, 0.0).advance(30_000)
+        assert axes.settled is not first_runs
+        temperatures.append(axes[1].temperature)
+    assert temperatures[0] == pytest.approx(temperatures[1], abs=1e-9)
+    assert temperatures[0] > AMBIENT_TEMPERATURE + 5.0
 
 
 def test_the_horn_lags_by_the_backlash() -> None:
@@ -228,6 +231,28 @@ def test_a_stuck_encoder_lets_a_position_loop_run_away() -> None:
     rig.run(1.0)
     assert rig.axis.ticks == 0
     assert rig.axis.angle < -1.0
+
+
+def test_a_stuck_encoder_lets_a_velocity_loop_run_away() -> None:
+    rig = OneAxis()
+    rig.axis.stick_encoder(on=True)
+    rig.axis.set_velocity_gains(0.1, 0.001)
+    rig.axis.drive_velocity(0.5)
+    rig.run(5.0)
+    assert rig.axis.velocity == pytest.approx(rig.no_load_speed, rel=1e-3)
+
+
+def test_a_supply_of_nothing_gives_nothing() -> None:
+    rig = OneAxis()
+    rig.axis.drive_current(0.5)
+    rig.run(0.5)
+    rig.axis.set_supply(0.0)
+    rig.run(3.0)
+    assert rig.axis.velocity == rig.axis.voltage == 0.0
+    assert rig.axis.current == pytest.approx(0.0, abs=1e-12)
+    rig.axis.set_supply(12.0)
+    rig.run(0.5)
+    assert rig.axis.velocity > 1.0
 
 
 def test_more_friction_takes_more_torque() -> None:

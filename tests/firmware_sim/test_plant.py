@@ -62,6 +62,15 @@ def test_two_loaded_servos_share_the_sag_of_their_supply() -> None:
     assert 1.0 < 12.0 - voltage < 1.8
 
 
+def test_a_running_motor_draws_what_its_back_emf_leaves() -> None:
+    axes = Axes(1)
+    axes[0].configure(DATA_SHEETS["xm430-w350"], TICK, 12.0)
+    axes[0].drive_duty(0.8)
+    JointsPlant(axes, 2.0).advance(2000)
+    assert axes[0].voltage == pytest.approx(12.0 - 2.0 * 0.8 * axes[0].current, rel=1e-9)
+    assert 0.01 < axes[0].current < 0.2
+
+
 def test_supplies_are_apart() -> None:
     axes = Axes(3)
     for number, axis in enumerate(axes):
