@@ -13,8 +13,8 @@ Value = int | float | str
 LONGEST = 1.0e6
 """Largest time that is taken, s; about twelve days."""
 
-_NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{0,15})?([eE][+-]?\d{1,2})?")
-_WHOLE = re.compile(r"[+-]?\d{1,15}")
+_NUMBER = re.compile(r"[+-]?\d{1,15}(\.\d{0,15})?([eE][+-]?\d{1,2})?", re.ASCII)
+_WHOLE = re.compile(r"[+-]?\d{1,15}", re.ASCII)
 
 
 class ArgumentError(FaultError):
