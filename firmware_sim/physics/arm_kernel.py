@@ -25,13 +25,16 @@ COLUMNS = np.array(
         kernel.FRICTION,
         kernel.FRICTION_FACTOR,
         kernel.JAMMED,
-        kernel.EFFORT,
-        kernel.LAST_DUTY,
+        kernel.DEMAND,
+        kernel.LAST_DEMAND,
         kernel.UNDER_WAY,
     ],
     dtype=np.intp,
 )
 """Columns of the state that these functions use, in this order."""
+
+_SAME_DUTY = 1.0e-12
+"""Change of a loop's output from step to step that counts as none: `kernel` has the same."""
 
 
 def _compiled(function: Function) -> Function:
@@ -124,14 +127,14 @@ def read_joints(
     Returns
     -------
     bool
-        Whether every joint stands and no loop changed its output in this step.
+        Whether every joint stands and no loop changed what it asks for in this step.
     """
     still = True
     for i in range(len(state)):
         motion[0, i] = mounts[1, i] + mounts[0, i] * positions[places[0, i]]
         motion[1, i] = mounts[0, i] * velocities[places[1, i]]
         x = state[i]
-        if x[columns[6]] or x[columns[4]] != x[columns[5]]:
+        if x[columns[6]] or abs(x[columns[4]] - x[columns[5]]) > _SAME_DUTY:
             still = False
     for speed in velocities:
         if abs(speed) >= standing:

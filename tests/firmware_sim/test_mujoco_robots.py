@@ -10,7 +10,6 @@ import pytest
 from armsyn.arm import ArmDescription, load_arm
 from armsyn.arm.rig import build_rig
 from firmware_sim.physics.axis import Axes
-from firmware_sim.physics.motor_data import MotorData
 from firmware_sim.physics.mujoco import MujocoPlant
 from firmware_sim.tables import find_model
 from tests.firmware_sim.mujoco_arms import P_GAIN, TICK, seconds
@@ -24,14 +23,7 @@ def on_servos(arm: ArmDescription, posture: np.ndarray) -> tuple[Axes, MujocoPla
     axes = Axes(len(posture))
     stiffness = []
     for axis, servo, angle in zip(axes, document["servo"], posture, strict=True):
-        known = find_model(servo["model"]).motor
-        motor = MotorData(
-            known.nominal_voltage,
-            known.stall_torque,
-            known.stall_current,
-            known.no_load_speed,
-            known.inertia,
-        )
+        motor = find_model(servo["model"]).motor
         zero = servo["zero_tick"] * TICK
         start = zero + TICK * round(servo["direction"] * angle / TICK)
         axis.configure(motor, TICK, servo["supply_voltage"], start)
