@@ -66,6 +66,7 @@ class Bus:
         self.wire_free = 0.0
         """When the last byte known of has left the wire, s."""
         self._gap_rule = gap_rule
+        self._baud_rate = 0.0
         self._listeners = {1: gather(()), 2: gather(())}
         self._listeners_key: tuple[object, ...] = ()
 
@@ -105,8 +106,7 @@ class Bus:
         list of Transmission
             The answers, in order of their due times.
         """
-        if self._gap_rule:
-            self._forget_after(when - self.wire_free)
+        self._forget(when - self.wire_free, baud_rate)
         begin = max(when, self.wire_free)
         self.wire_free = begin + wire_time(len(chunk), baud_rate)
         listeners = self._who_hears(baud_rate)
@@ -122,11 +122,13 @@ class Bus:
         self.wire_free = max(self.wire_free, wire_free)
         return sent
 
-    def _forget_after(self, silence: float) -> None:
-        """Let the servos give up unfinished frames after a silence, s."""
-        if silence > GAP_TIME:
+    def _forget(self, silence: float, baud_rate: float) -> None:
+        """Let the servos give up unfinished frames after a silence, s, or at another rate."""
+        other_rate = baud_rate != self._baud_rate
+        self._baud_rate = baud_rate
+        if other_rate or (self._gap_rule and silence > GAP_TIME):
             self.ears.give_up(2)
-        if silence > GAP_TIME_1:
+        if other_rate or (self._gap_rule and silence > GAP_TIME_1):
             self.ears.give_up(1)
 
     def _answer(

@@ -1,21 +1,24 @@
 """Time on the wire, wrong baud rates, gaps, and the same bytes each time."""
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_sim.bus import Bus
 from firmware_sim.line import garble
+from firmware_sim.meaning import Heard, Said
 from firmware_sim.packet import build_packet
-from firmware_sim.servo import Servo
-from firmware_sim.tables import find_model
+from firmware_sim.packet1 import build_packet_1
+from firmware_sim.parser import DamagedPacket, Packet, PacketParser
 
-from .conftest import FACTORY, Bench
+from .conftest import Bench
+from .wire import Wire, servo
 
 MakeBench = Callable[..., Bench]
 PING = build_packet(1, 0x01)
+PING_1 = build_packet_1(1, 0x01)
 
 
 def sync_read(size: int, *servo_ids: int) -> bytes:
@@ -54,17 +57,18 @@ def test_answers_fall_due_one_after_the_other(bench: MakeBench) -> None:
     assert dues == pytest.approx([16e-5 + 21e-5, 16e-5 + 42e-5])
 
 
-def test_a_request_takes_effect_at_the_end_of_its_last_byte(bench: MakeBench) -> None:
-    rig = bench(Baud_Rate=0)  # 9600 bit/s: 14 bytes take 14.6 ms
-    rig.port.baud_rate = 9_600
-    rig.ask(1, 0x03, bytes((112, 0, 20, 0, 0, 0)))
-    rig.ask(1, 0x03, bytes((64, 0, 1)))
-    rig.clock.advance_to(1.0)
-    rig.port.write(build_packet(1, 0x03, bytes((116, 0, 0xB8, 11, 0, 0))))
-    rig.bus.advance(1.0 + 15.5e-3)
-    assert rig.servos[0].actuator.drive.trajectory == 2048
-    rig.bus.advance(1.0 + 20e-3)
-    assert rig.servos[0].actuator.drive.trajectory > 2048
+def test_a_request_takes_effect_at_the_end_of_its_last_byte() -> None:
+    slow = {"Baud Rate": 0}  # 9600 bit/s: 16 bytes take 16.7 ms
+    wire = Wire(servo("xm430-w350:1", registers=slow))
+    wire.rate = 9_600
+    wire.ask(1, 0x03, bytes((112, 0, 20, 0, 0, 0)))
+    wire.ask(1, 0x03, bytes((64, 0, 1)))
+    wire.now = 1.0
+    wire.bus.receive(build_packet(1, 0x03, bytes((116, 0, 0xB8, 11, 0, 0))), 1.0, 9_600)
+    wire.bus.advance(1.0 + 15.5e-3)
+    assert wire.peek(140, 4) == 2048
+    wire.bus.advance(1.0 + 40e-3)
+    assert wire.peek(140, 4) > 2048
 
 
 def test_the_same_requests_give_the_same_bytes(bench: MakeBench) -> None:
@@ -100,9 +104,26 @@ def test_a_stepped_run_does_not_depend_on_who_asks_meanwhile(bench: MakeBench) -
     assert position(1) == position(7) == position(33)
 
 
-def test_two_servos_of_one_id_both_answer(bench: MakeBench) -> None:
-    rig = bench("xm430-w350:1", "xm540-w270:1")
-    assert [answer[2] for answer in rig.ask(1, 0x01)] == [1020 & 0xFF, 1120 & 0xFF]
+def test_two_servos_of_one_id_talk_at_once() -> None:
+    """A line is low where either pulls it: what comes is the bytes of both, and-ed."""
+    one, other = (Wire(f"{name}:1").exchange(PING) for name in ("xm430-w350", "xm540-w270"))
+    wire = Wire("xm430-w350:1", "xm540-w270:1")
+    both = wire.exchange(PING)
+    assert one != other
+    assert both == bytes(a & b for a, b in zip(one, other, strict=True))
+    assert [type(p) for p in PacketParser().feed(both)] == [DamagedPacket]
+    assert len(wire.ask(1, 0x03, bytes((65, 0, 1)))) == 1  # equal answers are heard as one
+
+
+def test_two_servos_of_one_id_with_different_delays_garble_each_other() -> None:
+    late = {"Return Delay Time": 10}  # 20 us: two bytes
+    wire = Wire("xm430-w350:1", servo("xm430-w350:1", registers=late))
+    alone = Wire("xm430-w350:1").send(PING)[0]
+    (heard,) = wire.send(PING)
+    assert heard.due == pytest.approx(alone.due + 20e-6)
+    assert heard.data[:2] == alone.data[:2]
+    assert heard.data != alone.data
+    assert not [p for p in PacketParser().feed(heard.data) if isinstance(p, Packet)]
 
 
 @pytest.mark.parametrize("baud", [57_600, 115_200, 2_000_000, 980_000 // 2])
@@ -127,12 +148,10 @@ def test_a_baud_rate_off_by_less_than_three_percent_is_understood(bench: MakeBen
 
 
 def test_servos_of_another_baud_rate_are_deaf() -> None:
-    slow = Servo(find_model("xm430-w350"), 1)
-    fast = Servo(find_model("xm430-w350"), 2, settings=FACTORY)
-    rig = Bench([slow, fast])
-    assert [answer[0] for answer in rig.ask(254, 0x01)] == [2]
-    rig.port.baud_rate = 57_600
-    assert [answer[0] for answer in rig.ask(254, 0x01)] == [1]
+    wire = Wire(servo("xm430-w350:1", registers={"Baud Rate": 1}), "xm430-w350:2")
+    assert [answer[0] for answer in wire.ask(254, 0x01)] == [2]
+    wire.rate = 57_600
+    assert [answer[0] for answer in wire.ask(254, 0x01)] == [1]
 
 
 @given(st.binary(max_size=40))
@@ -168,11 +187,109 @@ def test_a_short_pause_within_a_packet_is_no_gap(bench: MakeBench) -> None:
     assert len(rig.port.exchange(PING[5:])) == 14
 
 
+def test_the_gap_rule_is_on_unless_switched_off() -> None:
+    for wire, answered in ((Wire("xm430-w350:1"), 0), (Wire("xm430-w350:1", gap_rule=False), 1)):
+        wire.send(PING[:5])
+        wire.now += 0.01
+        assert len(wire.send(PING[5:])) == answered
+
+
+def test_a_gap_counts_from_the_end_of_the_last_byte() -> None:
+    """At 9600 bit/s five bytes alone take 5.2 ms: that is no pause."""
+    wire = Wire(servo("xm430-w350:1", registers={"Baud Rate": 0}))
+    wire.rate = 9_600
+    wire.bus.receive(PING[:5], 1.0, 9_600)
+    assert wire.bus.receive(PING[5:], 1.0 + 5 * 10 / 9_600 + 1.4e-3, 9_600)
+    wire.bus.receive(PING[:5], 2.0, 9_600)
+    assert not wire.bus.receive(PING[5:], 2.0 + 5 * 10 / 9_600 + 1.6e-3, 9_600)
+
+
+def test_protocol_1_waits_100_ms_for_the_next_byte() -> None:
+    wire = Wire("ax-12a:1")
+    for pause, answered in ((0.09, 1), (0.11, 0)):
+        wire.wait(1.0)
+        wire.send(PING_1[:3])
+        wire.now += pause
+        assert len(wire.send(PING_1[3:])) == answered
+
+
+@pytest.mark.parametrize("ids", [(0,), (0, 1, 2), (5, 200), (252,)])
+def test_a_broadcast_ping_is_answered_in_the_turn_of_each_id(ids: tuple[int, ...]) -> None:
+    wire = Wire(*(f"xm430-w350:{i}" for i in ids))
+    request = build_packet(254, 0x01)
+    sent = wire.send(request)
+    assert [answer.data[4] for answer in sent] == list(ids)
+    end = len(request) * 10e-6
+    assert [answer.due for answer in sent] == pytest.approx([end + i * 3e-3 + 14e-5 for i in ids])
+
+
+def test_a_broadcast_ping_of_slow_servos_keeps_within_what_the_sdk_waits() -> None:
+    """It waits for the bytes of 252 answers, 3 ms for each and 16 ms more."""
+    ids = (1, 2, 3, 4, 5)
+    slow = {"Baud Rate": 0, "Return Delay Time": 250}
+    wire = Wire(*(servo(f"xm430-w350:{i}", registers=slow) for i in ids))
+    wire.rate = 9_600
+    sent = wire.send(build_packet(254, 0x01))
+    assert [answer.data[4] for answer in sent] == list(ids)
+    times = [answer.due for answer in sent]
+    answer_time = 14 * 10 / 9_600
+    assert all(b - a >= answer_time for a, b in pairwise(times))
+    assert times[-1] <= 10 * 10 / 9_600 + 5 * (answer_time + 3e-3) + 16e-3
+
+
+def test_requests_that_arrive_together_are_answered_one_after_the_other() -> None:
+    wire = Wire("xm430-w350:1", "ax-12a:2")
+    sent = wire.bus.receive(PING + build_packet_1(2, 0x01) + PING, 0.0, 1_000_000)
+    assert [answer.data[:5] for answer in sent] == [
+        bytes.fromhex("FF FF FD 00 01"),
+        bytes.fromhex("FF FF 02 02 00"),
+        bytes.fromhex("FF FF FD 00 01"),
+    ]
+    assert all(a.due < b.due for a, b in pairwise(sent))
+
+
+def test_a_request_may_change_who_hears_the_next_one_of_the_same_chunk() -> None:
+    wire = Wire("xm430-w350:1")
+    renamed = build_packet(1, 0x03, bytes((7, 0, 9)))
+    answers = PacketParser().feed(wire.exchange(renamed + PING + build_packet(9, 0x01)))
+    assert [p.servo_id for p in answers] == [1, 9]
+
+
+def test_a_half_request_at_one_rate_is_not_finished_at_another() -> None:
+    wire = Wire("xm430-w350:1", servo("xm430-w350:2", registers={"Baud Rate": 1}), gap_rule=False)
+    ping = build_packet(2, 0x01)
+    wire.send(ping[:6])
+    wire.rate = 57_600
+    assert wire.send(ping[6:]) == []
+    assert len(wire.send(ping)) == 1
+
+
+def test_observers_are_told_of_every_frame_with_its_time() -> None:
+    wire = Wire("xm430-w350:1", "ax-12a:2")
+    seen: list[Heard | Said] = []
+    wire.bus.observers.append(seen.append)
+    wire.send(PING + PING_1[:-1] + b"\0" + build_packet_1(2, 0x01))
+    told = [(type(event), event.protocol, event.meaning) for event in seen]
+    assert told == [
+        (Heard, 2, "ID 1: ping"),
+        (Said, 2, f"ID 1: status, FC 03 {wire.servos[0].model.firmware:02X}"),
+        (Heard, 1, "ID 1: damaged, 6 bytes"),
+        (Heard, 1, "ID 2: ping"),
+        (Said, 1, "ID 2: status"),
+    ]
+    assert b"".join(event.data for event in seen if isinstance(event, Heard)).startswith(PING)
+    assert [event.when for event in seen] == sorted(event.when for event in seen)
+    assert seen[0].when == pytest.approx(100e-6)
+
+
 @given(st.lists(st.binary(max_size=40), max_size=12))
 def test_no_bytes_whatever_end_a_bus(chunks: list[bytes]) -> None:
-    bus = Bus([Servo(find_model("xl330-m288"), 1, settings=FACTORY)])
+    wire = Wire("xl330-m288:1", "ax-12a:2")
     for number, chunk in enumerate(chunks):
-        bus.receive(chunk, number * 0.01, 1_000_000)
-        bus.receive(build_packet(254, chunk[0] if chunk else 1, chunk), number * 0.01, 1_000_000)
-    bus.advance(10.0)
-    assert bus.receive(build_packet(254, 0x01), 20.0, 1_000_000)
+        wire.bus.receive(chunk, number * 0.01, 1_000_000)
+        for build in (build_packet, build_packet_1):
+            frame = build(254, chunk[0] if chunk else 1, chunk)
+            wire.bus.receive(frame, number * 0.01, 1_000_000)
+    wire.bus.advance(10.0)
+    wire.bus.receive(b"", 20.0, 1_000_000)
+    assert wire.bus.ears.parser.pending == wire.bus.ears.parser1.pending == 0

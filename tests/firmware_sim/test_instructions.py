@@ -5,16 +5,15 @@ from collections.abc import Callable
 import pytest
 
 from firmware_sim.codes import HardwareError, StatusError
+from firmware_sim.rig import ServoSettings
 from firmware_sim.servo import BOOT_TIME
 
 from .conftest import Bench
+from .wire import Wire, le, servo
 
 MakeBench = Callable[..., Bench]
 GOAL_POSITION, PRESENT_POSITION = 116, 132
-
-
-def le(*values: int, size: int = 2) -> bytes:
-    return b"".join(value.to_bytes(size, "little") for value in values)
+CLEAR = bytes.fromhex("01 44 58 4C 22")
 
 
 def test_ping_tells_model_and_firmware(bench: MakeBench) -> None:
@@ -32,9 +31,9 @@ def test_nobody_answers_for_another_id(bench: MakeBench) -> None:
 
 def test_unknown_instructions_are_answered_with_an_instruction_error(bench: MakeBench) -> None:
     rig = bench()
-    for instruction in (0x00, 0x07, 0x10, 0x20, 0x8A, 0x92, 0x9A, 0xFF):
+    for instruction in (0x00, 0x07, 0x09, 0x21, 0x54, 0x81, 0xFF):
         assert rig.ask(1, instruction) == [(1, StatusError.INSTRUCTION)]
-    assert rig.ask(254, 0x92, b"\x01\x84\x00\x04\x00") == []
+        assert rig.ask(254, instruction) == []
 
 
 def test_status_packets_of_others_are_ignored(bench: MakeBench) -> None:
@@ -188,6 +187,67 @@ def test_factory_reset_refuses_other_options_and_ignores_a_broadcast_of_all(
     assert rig.ask(7, 0x06) == [(7, StatusError.DATA_LENGTH)]
     assert rig.ask(254, 0x06, b"\xff") == []
     assert rig.ask(7, 0x01)[0][0] == 7
+
+
+def test_older_firmware_obeys_a_reset_of_all_to_all() -> None:
+    """e-Manual, Protocol 2.0, Factory Reset: newer firmware, from 42, does not."""
+    wire = Wire(servo("xm430-w350:7", firmware=41), servo("xm430-w350:8", firmware=42))
+    assert wire.ask(254, 0x06, b"\xff") == []
+    assert [one.servo_id for one in wire.servos] == [1, 8]
+    assert wire.ask(254, 0x06, b"\x01") == []
+    assert [one.return_delay for one in wire.servos] == [500e-6, 500e-6]
+
+
+def test_clear_brings_the_position_back_into_one_turn_once_it_rests() -> None:
+    wire = Wire(servo("xm430-w350:1", registers={"Operating Mode": 4}))
+    assert wire.ask(1, 0x03, le(64) + b"\x01") == [(1, 0)]
+    assert wire.ask(1, 0x03, le(GOAL_POSITION) + le(6000, size=4)) == [(1, 0)]
+    wire.wait(0.1)
+    assert wire.ask(1, 0x10, CLEAR) == [(1, StatusError.RESULT_FAIL)]
+    wire.wait(10.0)
+    assert wire.peek(PRESENT_POSITION, 4) == pytest.approx(6000, abs=5)
+    assert wire.ask(254, 0x10, CLEAR) == []
+    assert wire.peek(PRESENT_POSITION, 4) == pytest.approx(6000 - 4096, abs=5)
+
+
+def test_clear_wants_its_word() -> None:
+    wire = Wire("xm430-w350:1")
+    assert wire.ask(1, 0x10, CLEAR) == [(1, 0)]
+    assert wire.ask(1, 0x10, b"\x02" + CLEAR[1:]) == [(1, StatusError.DATA_RANGE)]
+    assert wire.ask(1, 0x10, CLEAR[:4]) == [(1, StatusError.DATA_LENGTH)]
+
+
+@pytest.mark.parametrize("old", [servo("xm430-w350:1", firmware=41), servo("xl-320:1")])
+def test_clear_and_backup_are_unknown_to_older_firmware(old: ServoSettings) -> None:
+    wire = Wire(old)
+    for instruction, params in ((0x10, CLEAR), (0x20, b"\x01CTRL")):
+        assert wire.ask(1, instruction, params) == [(1, StatusError.INSTRUCTION)]
+
+
+def test_a_backup_is_restored_and_the_servo_boots() -> None:
+    wire = Wire("xm430-w350:1")
+    assert wire.ask(1, 0x20, b"\x01CTRL") == [(1, 0)]
+    assert wire.ask(1, 0x03, le(31) + b"\x32") == [(1, 0)]
+    assert wire.ask(1, 0x03, le(64) + b"\x01") == [(1, 0)]
+    assert wire.ask(1, 0x20, b"\x02CTRL") == [(1, StatusError.RESULT_FAIL)]
+    assert wire.ask(1, 0x03, le(64) + b"\x00") == [(1, 0)]
+    assert wire.ask(1, 0x20, b"\x02CTRL") == [(1, 0)]
+    assert wire.ask(1, 0x01) == []
+    wire.wait(BOOT_TIME)
+    assert wire.peek(31) == 80
+
+
+@pytest.mark.parametrize(
+    ("params", "error"),
+    [
+        (b"\x03CTRL", StatusError.DATA_RANGE),
+        (b"\x01CTRM", StatusError.DATA_RANGE),
+        (b"\x01CTR", StatusError.DATA_LENGTH),
+        (b"", StatusError.DATA_LENGTH),
+    ],
+)
+def test_backup_wants_its_word(params: bytes, error: StatusError) -> None:
+    assert Wire("xm430-w350:1").ask(1, 0x20, params) == [(1, error)]
 
 
 def test_a_new_id_counts_from_the_next_packet_on(bench: MakeBench) -> None:
