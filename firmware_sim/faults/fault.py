@@ -124,6 +124,8 @@ class Fault:
     def __init__(self, spec: FaultSpec, random: Random) -> None:
         self.spec = spec
         self.random = random
+        # Apart, so that what one strike draws does not shift when the next one comes.
+        self._chance = Random(random.getrandbits(64))  # noqa: S311
         self.strikes = 0
         self.wakes: float | None = None
         """When `wake` is to be called next, s."""
@@ -157,6 +159,10 @@ class Fault:
         if servo_id is not None and not self.site.chosen(servo_id):
             present = ", ".join(sorted({str(servo.servo_id) for servo in self.site.servos}))
             raise FaultError(f"{self.spec.kind.name}: no servo {servo_id}; there are: {present}")
+
+    def happens(self) -> bool:
+        """Return whether chance lets it strike, where that is left to chance."""
+        return self._chance.random() < self.spec.number("probability")
 
     def wake(self, when: float) -> None:
         """Do what is due at a time in s, and set `wakes` anew."""

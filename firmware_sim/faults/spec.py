@@ -64,14 +64,15 @@ class FaultSpec:
 
     kind: FaultKind
     given: Mapping[str, Value] = field(default_factory=dict)
+    _values: dict[str, Value | None] = field(init=False, repr=False, compare=False)
 
-    def _value(self, name: str) -> Value | None:
-        argument = self.kind.all_arguments.get(name)
-        return self.given.get(name, argument.default if argument else None)
+    def __post_init__(self) -> None:
+        defaults = {name: row.default for name, row in self.kind.all_arguments.items()}
+        object.__setattr__(self, "_values", defaults | dict(self.given))
 
     def number(self, name: str) -> float:
         """Return an argument that is a number and has a value."""
-        value = self._value(name)
+        value = self._values[name]
         if not isinstance(value, (int, float)):
             raise KeyError(name)
         return float(value)
@@ -82,11 +83,11 @@ class FaultSpec:
 
     def choice(self, name: str) -> str:
         """Return an argument that is a choice."""
-        return str(self._value(name))
+        return str(self._values.get(name))
 
     def optional(self, name: str) -> float | None:
         """Return an argument that is a number, or None where it was left out."""
-        value = self._value(name)
+        value = self._values.get(name)
         return float(value) if isinstance(value, (int, float)) else None
 
     @property

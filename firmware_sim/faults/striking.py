@@ -63,8 +63,7 @@ class PacketFault(Fault):
             return False
         if self.spec.servo_id is not None and self.spec.servo_id != piece.servo_id:
             return False
-        probability = self.spec.number("probability")
-        return probability >= 1.0 or self.random.random() < probability
+        return self.happens()
 
 
 def _difference(piece: Piece, hit: list[Piece]) -> str:
@@ -90,8 +89,7 @@ class EventFault(Fault):
 
     def wake(self, when: float) -> None:
         """Strike, by chance where that is asked for, and see to the next time."""
-        probability = self.spec.number("probability")
-        if probability >= 1.0 or self.random.random() < probability:
+        if self.happens():
             self.strike(when)
         every = self.spec.optional("every")
         self.wakes = None if every is None else when + every
@@ -142,7 +140,7 @@ class StateFault(Fault):
             return
         every, duration = self.spec.optional("every"), self.duration
         self._next_begin = when + (every or 0.0)
-        if self.random.random() >= self.spec.number("probability"):
+        if not self.happens():
             self.wakes = self._following()
             return
         self.on = True
