@@ -46,14 +46,14 @@ def test_a_raised_arm_sags_by_torque_over_stiffness(start: float) -> None:
 
 
 def test_an_integral_gain_lifts_it_back_however_slowly() -> None:
-    """A count of error adds 2e-7 of duty a step: rest must not be taken for the end."""
+    """A count of error adds 2e-6 of duty a step: standing must not be taken for the end."""
     axis, plant = pendulum(0.0)
-    axis.set_position_gains(P_GAIN, 10 / 65536 / 885 / TICK)
+    axis.set_position_gains(P_GAIN, 100 / 65536 / 885 / TICK)
     axis.hold()
     plant.advance(seconds(0.5))
     assert axis.angle < -0.01
     plant.advance(seconds(60.0))
-    assert axis.ticks == 0
+    assert abs(axis.ticks) <= 1
 
 
 def test_the_current_is_what_the_weight_asks_for() -> None:
