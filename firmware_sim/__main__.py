@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from firmware_sim.arguments import build_parser, model_list
+from firmware_sim.ask import ask, wants_control
 from firmware_sim.errors import SimulatorError
 from firmware_sim.run import serve
 
@@ -28,6 +29,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if arguments.list_models:
             print(model_list())
+        elif arguments.list_faults:
+            from firmware_sim.faults.registry import list_faults  # noqa: PLC0415 - not for most
+
+            print(list_faults())
+        elif wants_control(arguments):
+            print(ask(arguments))
         elif not (arguments.servo or arguments.arm or arguments.rig):
             parser.error("say which servos: --servo, --arm or --rig")
         else:

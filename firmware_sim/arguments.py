@@ -134,7 +134,7 @@ def _add_faults(parser: argparse.ArgumentParser) -> None:
         "--scenario", metavar="FILE", type=Path, help="faults with their times, a TOML file"
     )
     group.add_argument(
-        "--seed", metavar="N", type=int, default=0, help="of all that is random; 0 by default"
+        "--seed", metavar="N", type=int, help="of all chance; the scenario's, or 0, by default"
     )
     group.add_argument("--list-faults", action="store_true", help="list the faults, and end")
     group.add_argument(

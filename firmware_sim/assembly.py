@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
 
 from firmware_sim.bus import Bus
-from firmware_sim.rig import Rig
+from firmware_sim.errors import PlantError
+from firmware_sim.faults.spec import FaultSpec
+from firmware_sim.physics.plant import SUPPLY_RESISTANCE, JointsPlant, Plant
+from firmware_sim.rig import Mount, Rig
 from firmware_sim.simulation import Simulation
-from firmware_sim.world import build_world
+from firmware_sim.state_file import SavedState
+from firmware_sim.world import World, build_world
+
+_WARM_UP = 0.02
+"""Simulated time in which all code has run, s."""
 
 
 def build_simulation(
     rig: Rig,
     *,
     gap_rule: bool = True,
-    snapshots: Sequence[Mapping[str, Any]] | None = None,
+    mujoco: bool = False,
+    faults: Sequence[FaultSpec] = (),
+    seed: int = 0,
+    state: SavedState | None = None,
+    trace: Path | None = None,
     when: float = 0.0,
 ) -> Simulation:
     """Return servos on a bus, powered up.
@@ -27,8 +38,16 @@ def build_simulation(
         The servos, and what feeds and holds them.
     gap_rule : bool
         Whether a silence of 1.5 ms within an instruction makes the servos give it up.
-    snapshots : sequence of mapping, optional
-        What each servo remembers from an earlier run, in the rig's order.
+    mujoco : bool
+        Whether the rig's bodies move as a whole under gravity; else each joint by itself.
+    faults : sequence of FaultSpec
+        In force from the start, each in its own time.
+    seed : int
+        Of the faults' chance.
+    state : SavedState, optional
+        What the servos remember from an earlier run.
+    trace : Path, optional
+        Where a trace is to go: the simulation is a `TracedSimulation` then.
     when : float
         The time of power-up, s.
 
@@ -36,13 +55,70 @@ def build_simulation(
     -------
     Simulation
         Ready to be told what arrives.
+
+    Raises
+    ------
+    PlantError
+        If `mujoco` is asked for and the rig has no bodies, or MuJoCo is missing.
+    FaultError
+        If a fault cannot act on these servos.
+    StateFileError
+        If `state` is not one of these servos.
     """
+    world = _build_world(rig, mujoco, state, when)
+    bus = Bus(world, gap_rule=gap_rule)
+    if trace is not None:
+        from firmware_sim.trace import TracedSimulation  # noqa: PLC0415 - not for most
+
+        return TracedSimulation(bus, when, faults, seed, trace)
+    return Simulation(bus, when, faults=faults, seed=seed)
+
+
+def warm_up(rig: Rig, mujoco: bool = False) -> None:
+    """Let all code of the physics be compiled, or read from where it was kept compiled.
+
+    Without it the first request would wait for that: half a minute, on a new machine.
+
+    Raises
+    ------
+    PlantError
+        If `mujoco` is asked for and the rig has no bodies, or MuJoCo is missing.
+    """
+    world = _build_world(rig, mujoco, None, 0.0)
+    world.advance(_WARM_UP)
+
+
+def _build_world(rig: Rig, mujoco: bool, state: SavedState | None, when: float) -> World:
     voltage = rig.supply.voltage
     settings = [
         servo if servo.supply_voltage else replace(servo, supply_voltage=voltage)
         for servo in rig.servos
     ]
-    world = build_world(settings, when)
-    for servo, snapshot in zip(world.servos, snapshots or (), strict=False):
-        servo.restore_snapshot(snapshot)
-    return Simulation(Bus(world, gap_rule=gap_rule), start=when)
+    resistance = SUPPLY_RESISTANCE if rig.supply.resistance is None else rig.supply.resistance
+    world = build_world(settings, when, lambda axes: JointsPlant(axes, resistance))
+    if state is not None:
+        state.restore(world.servos)
+    if mujoco:
+        world.plant = _build_arm(rig, world, resistance)
+    return world
+
+
+def _build_arm(rig: Rig, world: World, resistance: float) -> Plant:
+    """Return the rig's bodies with the world's servos in their joints."""
+    if rig.mjcf is None:
+        raise PlantError(
+            "--plant mujoco needs a rig file with the arm's bodies, [plant] mjcf:"
+            " write one with `armsyn arms rig NAME`, and give it with --rig"
+        )
+    from firmware_sim.physics.mujoco import MujocoPlant  # noqa: PLC0415 - an extra, and slow
+
+    joints: list[str | None] = []
+    directions, zeros = [], []
+    for setting, servo in zip(rig.servos, world.servos, strict=True):
+        mount = setting.mount or Mount("")
+        zero = servo.firmware.angle(mount.zero_tick)
+        reverse = servo.firmware.angle(mount.zero_tick + 1) < zero  # positions count clockwise
+        joints.append(mount.joint or None)
+        directions.append(-mount.direction if reverse else mount.direction)
+        zeros.append(zero)
+    return MujocoPlant(world.plant.axes, rig.mjcf, joints, directions, zeros, resistance)

@@ -80,12 +80,13 @@ class Supply:
     ----------
     voltage : float or None
         With no load, V; None for each motor's nominal voltage.
-    resistance : float
-        Of the supply and its cables, ohm: the voltage falls by it times the current.
+    resistance : float or None
+        Of the supply and its cables, ohm: the voltage falls by it times the current. None for that
+        of a good one.
     """
 
     voltage: float | None = None
-    resistance: float = 0.0
+    resistance: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@
 
     [supply]              # optional
     voltage = 12.0        # V with no load; each motor's nominal voltage by default
-    resistance = 0.05     # ohm of the supply and its cables; 0 by default
+    resistance = 0.05     # ohm of the supply and its cables; 0.03 by default
 
     [plant]               # optional; what --plant mujoco needs
     mjcf = "<mujoco> ..." # the arm's bodies, or: file = "arm.xml", beside the rig file
@@ -125,7 +125,7 @@ def _section(document: Mapping[str, Any], name: str, fields: tuple[str, ...]) ->
 def _read_supply(document: Mapping[str, Any]) -> Supply:
     section = _section(document, "supply", ("voltage", "resistance"))
     voltage = read_number(section, "voltage", 0.1, 100.0, "volts")
-    return Supply(voltage, read_number(section, "resistance", 0.0, 100.0, "ohms") or 0.0)
+    return Supply(voltage, read_number(section, "resistance", 0.0, 100.0, "ohms"))
 
 
 def _read_bodies(document: Mapping[str, Any], folder: Path) -> str | None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from types import FrameType
+from typing import TYPE_CHECKING, NoReturn
 
 from firmware_sim.errors import RigError
 from firmware_sim.rig import (
@@ -21,8 +23,11 @@ from firmware_sim.rig import (
 )
 
 if TYPE_CHECKING:
+    from firmware_sim.attachments import Attachments
+    from firmware_sim.faults.spec import FaultSpec
     from firmware_sim.pty_port import PtyPort
-    from firmware_sim.server import Chore, Server
+    from firmware_sim.server import Server
+    from firmware_sim.state_file import SavedState
 
 _MAX_RETURN_DELAY = 254
 
@@ -83,37 +88,87 @@ def serve(arguments: argparse.Namespace) -> None:
         If what they ask for is not possible; nothing has been made then.
     """
     rig = choose_rig(arguments)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _leave)
     with ExitStack() as stack:
         with _explained():
             server, port = _prepare(rig, arguments, stack)
         server.run(lambda: _announce(port.name, rig.servos))
 
 
+def _leave(_number: int, _frame: FrameType | None) -> NoReturn:
+    """End a simulator that has not begun to serve, with nothing left behind."""
+    raise SystemExit(0)
+
+
 def _prepare(rig: Rig, arguments: argparse.Namespace, stack: ExitStack) -> tuple[Server, PtyPort]:
     """Make everything, and leave in `stack` how it is undone."""
-    from firmware_sim.assembly import build_simulation  # noqa: PLC0415 - not for bad input
+    from firmware_sim.assembly import build_simulation, warm_up  # noqa: PLC0415 - not for bad input
+    from firmware_sim.attachments import Attachments  # noqa: PLC0415
     from firmware_sim.clock import RealClock  # noqa: PLC0415
     from firmware_sim.pty_port import PtyPort  # noqa: PLC0415
     from firmware_sim.server import Server  # noqa: PLC0415
-    from firmware_sim.state_file import StateKeeper, read_state  # noqa: PLC0415
 
-    snapshots = read_state(arguments.state, rig.servos) if arguments.state else None
+    faults, seed = choose_faults(arguments)
+    state = _read_state(rig, arguments)
+    mujoco = arguments.plant == "mujoco"
+    warm_up(rig, mujoco)
     simulation = build_simulation(
         rig,
         gap_rule=not arguments.no_gap_rule,
-        snapshots=snapshots,
+        mujoco=mujoco,
+        faults=faults,
+        seed=seed,
+        state=state,
+        trace=arguments.trace,
         when=RealClock().now(),
     )
     port = PtyPort(arguments.link)
     stack.callback(port.close)
-    chores: list[Chore] = []
     names = [servo.name for servo in rig.servos]
-    if arguments.state:
-        keeper = StateKeeper(arguments.state, simulation.bus.servos, names)
-        stack.callback(keeper.close)
-        chores.append(keeper)
+    attachments = Attachments(simulation, port, names, stack)
+    _attach(attachments, arguments)
     stdin = sys.stdin.fileno() if arguments.exit_with_stdin else None
-    return Server(simulation, port, stdin, chores=chores), port
+    return Server(simulation, port, stdin, attachments.guests, attachments.chores), port
+
+
+def _attach(attachments: Attachments, arguments: argparse.Namespace) -> None:
+    if arguments.control:
+        attachments.open_control(arguments.control)
+    if arguments.trace:
+        attachments.write_trace()
+    if arguments.state:
+        attachments.keep_state(arguments.state)
+    if not arguments.no_table and sys.stderr.isatty():
+        attachments.show_table()
+    elif attachments.complaints:
+        attachments.complain()
+
+
+def _read_state(rig: Rig, arguments: argparse.Namespace) -> SavedState | None:
+    if not arguments.state:
+        return None
+    from firmware_sim.state_file import read_state  # noqa: PLC0415 - not for most
+
+    return read_state(arguments.state, [servo.name for servo in rig.servos])
+
+
+def choose_faults(arguments: argparse.Namespace) -> tuple[list[FaultSpec], int]:
+    """Return the faults that a command line asks for, and the seed of their chance.
+
+    Raises
+    ------
+    FaultError
+        If one makes no sense, or the scenario cannot be read.
+    """
+    if not (arguments.fault or arguments.scenario):
+        return [], arguments.seed or 0
+    from firmware_sim.faults.parsing import parse_fault  # noqa: PLC0415 - not for most
+    from firmware_sim.faults.scenario import Scenario, check_seed, read_scenario  # noqa: PLC0415
+
+    scenario = read_scenario(arguments.scenario) if arguments.scenario else Scenario(())
+    seed = scenario.seed if arguments.seed is None else check_seed(arguments.seed)
+    return [*scenario.faults, *map(parse_fault, arguments.fault)], seed or 0
 
 
 def _announce(port_name: str, servos: Sequence[ServoSettings]) -> None:

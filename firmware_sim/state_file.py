@@ -18,111 +18,108 @@ reads it finds the old one or the new one.
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from firmware_sim.control_table import Area
 from firmware_sim.errors import OutputError, StateFileError
-from firmware_sim.model import ServoModel
-from firmware_sim.rig import ServoSettings
 from firmware_sim.servo import Servo
 
 SCHEMA = "firmware-sim-state-1"
 
 _FILE_SIZE_CAP = 10_000_000  # bytes; a servo takes about 2,000
+_NAMES_SHOWN = 300  # characters of a list of servos in an error
 _PERIOD = 0.05  # s between looks at one servo's memory
 
 _Snapshot = Mapping[str, Any]
 
 
-def read_state(path: Path, settings: Sequence[ServoSettings]) -> list[_Snapshot] | None:
-    """Return the servos' snapshots out of a state file.
+@dataclass(frozen=True, slots=True)
+class SavedState:
+    """What a state file says.
+
+    Parameters
+    ----------
+    file : str
+        Its path.
+    names : tuple of str
+        ``MODEL:ID`` of each servo, as it was asked for when the file was made.
+    snapshots : tuple of mapping
+        What `Servo.snapshot` returned for each; not checked.
+    """
+
+    file: str
+    names: tuple[str, ...]
+    snapshots: tuple[_Snapshot, ...]
+
+    def restore(self, servos: Sequence[Servo]) -> None:
+        """Put servos into this state.
+
+        Raises
+        ------
+        StateFileError
+            If a snapshot is not one of its servo.
+        """
+        for name, snapshot, servo in zip(self.names, self.snapshots, servos, strict=True):
+            try:
+                servo.restore_snapshot(snapshot)
+            except ValueError as error:
+                raise StateFileError(f"{self.file}: {name}: {error}", self.file) from None
+
+
+def read_state(path: Path, names: Sequence[str]) -> SavedState | None:
+    """Return what a state file says.
 
     Parameters
     ----------
     path : Path
         The file.
-    settings : sequence of ServoSettings
-        The servos that it must be of.
+    names : sequence of str
+        ``MODEL:ID`` of each servo that it must be of, in its order.
 
     Returns
     -------
-    list of mapping, or None
-        One a servo, in the order of `settings`; None when there is no file yet.
+    SavedState or None
+        None when there is no file yet.
 
     Raises
     ------
     StateFileError
         If it cannot be read, is malformed, or belongs to other servos.
     """
+    file = str(path)
     try:
         if path.stat().st_size > _FILE_SIZE_CAP:
-            raise StateFileError(f"{path} is larger than {_FILE_SIZE_CAP} bytes", str(path))
+            raise StateFileError(f"{file} is larger than {_FILE_SIZE_CAP} bytes", file)
         document = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise StateFileError(f"{path} cannot be read: {error.strerror}", str(path)) from error
+        raise StateFileError(f"{file} cannot be read: {error.strerror}", file) from error
     except (ValueError, RecursionError) as error:
-        reason = str(error).replace("\n", " ")
-        raise StateFileError(f"{path} is no state file: {reason}", str(path)) from error
-    try:
-        return _check_document(document, settings)
-    except StateFileError as error:
-        raise StateFileError(f"{path}: {error}", str(path)) from None
-
-
-def _check_document(document: object, settings: Sequence[ServoSettings]) -> list[_Snapshot]:
+        reason = " ".join(str(error).split())
+        raise StateFileError(f"{file} is no state file: {reason}", file) from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        raise StateFileError(f'no state file: "schema" is not "{SCHEMA}"', "")
+        raise StateFileError(f'{file} is no state file: "schema" is not "{SCHEMA}"', file)
     servos = document.get("servos")
     if not isinstance(servos, list) or not all(isinstance(servo, dict) for servo in servos):
-        raise StateFileError('"servos" is not a list of objects', "")
-    found = [str(servo.get("place")) for servo in servos]
-    expected = [servo.name for servo in settings]
-    if found != expected:
-        raise StateFileError(
-            f"it is the state of {', '.join(found)}, not of {', '.join(expected)}:"
-            " give the servos it was made with, or another --state",
-            "",
-        )
-    for servo, setting in zip(servos, settings, strict=True):
-        _check_snapshot(servo, setting)
-    return servos
+        raise StateFileError(f'{file}: "servos" is not a list of objects', file)
+    _check_names([str(servo.pop("place", None)) for servo in servos], names, file)
+    return SavedState(file, tuple(names), tuple(servos))
 
 
-def _check_snapshot(snapshot: _Snapshot, setting: ServoSettings) -> None:
-    model = setting.model
-    if snapshot.get("model") != model.name:
-        raise StateFileError(f"{setting.name}: model {snapshot.get('model')!r}", "")
-    angle = snapshot.get("angle")
-    if not isinstance(angle, int | float) or not math.isfinite(angle):
-        raise StateFileError(f"{setting.name}: angle {angle!r} is not a number", "")
-    _check_registers(snapshot.get("eeprom"), model, f"{setting.name}: eeprom", whole=True)
-    if snapshot.get("backup") is not None:
-        _check_registers(snapshot["backup"], model, f"{setting.name}: backup", whole=False)
-
-
-def _check_registers(values: object, model: ServoModel, where: str, *, whole: bool) -> None:
-    if not isinstance(values, dict):
-        raise StateFileError(f"{where} is not an object", "")
-    if whole:
-        names = {row.name for row in model.table.registers if row.area is Area.EEPROM}
-        if names != set(values):
-            other = ", ".join(sorted(names ^ set(values)))
-            raise StateFileError(f"{where}: other registers than the firmware's: {other}", "")
-    for name, value in values.items():
-        register = model.table.by_name.get(name)
-        if register is None:
-            raise StateFileError(f"{where}: {model.name} has no register {name!r}", "")
-        if type(value) is not int or not register.minimum <= value <= register.maximum:
-            raise StateFileError(f"{where}: {name} = {value!r} is not possible", "")
-    if values.get("Baud Rate", next(iter(model.baud_rates))) not in model.baud_rates:
-        raise StateFileError(f"{where}: Baud Rate = {values['Baud Rate']} is not possible", "")
+def _check_names(found: Sequence[str], expected: Sequence[str], file: str) -> None:
+    if list(found) == list(expected):
+        return
+    shown = [", ".join(names)[:_NAMES_SHOWN] or "none" for names in (found, expected)]
+    raise StateFileError(
+        f"{file} is the state of {shown[0]}, not of {shown[1]}:"
+        " give the servos it was made with, or another --state",
+        file,
+    )
 
 
 def write_state(path: Path, names: Sequence[str], snapshots: Sequence[_Snapshot]) -> None:
