@@ -7,6 +7,7 @@ times below are chosen.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from types import MappingProxyType
 
@@ -14,6 +15,7 @@ from firmware_sim.codes import HardwareError
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
 from firmware_sim.physics.axis import Axis
+from firmware_sim.timeline import Timeline
 
 OVERLOAD_TIME = 2.0
 """How long nearly all of the PWM may stay on a standing horn, s."""
@@ -59,13 +61,21 @@ class Health:
         Its registers.
     axis : Axis
         What it drives.
+    timeline : Timeline
+        The time.
     drop_torque : callable
         Switches the torque off.
     """
 
     def __init__(
-        self, model: ServoModel, memory: Memory, axis: Axis, drop_torque: Callable[[], None]
+        self,
+        model: ServoModel,
+        memory: Memory,
+        axis: Axis,
+        timeline: Timeline,
+        drop_torque: Callable[[], None],
     ) -> None:
+        self._timeline = timeline
         self._memory = memory
         self._axis = axis
         self._tick = model.units.angle
@@ -75,6 +85,8 @@ class Health:
         """Hardware Error Status(70)."""
         self.shut_down = False
         """Whether an error has taken the torque away until a reboot."""
+        self.next_look = math.inf
+        """When what was seen will have lasted long enough to be an error, s."""
         self._since: dict[HardwareError, float] = {}
 
     @property
@@ -87,6 +99,7 @@ class Health:
         self.status = 0
         self.shut_down = False
         self._since.clear()
+        self.next_look = math.inf
         self.take_settings()
         if not self._low <= self._axis.voltage <= self._high:
             self.raise_error(HardwareError.INPUT_VOLTAGE)
@@ -107,9 +120,10 @@ class Health:
             self.shut_down = True
             self._drop_torque()
 
-    def inspect(self, now: float) -> None:
-        """Look for causes of errors, at a time in s."""
-        axis = self._axis
+    def inspect(self) -> None:
+        """Look for causes of errors."""
+        axis, now = self._axis, self._timeline.now
+        self.next_look = math.inf
         if axis.temperature > self._hottest:
             self.raise_error(HardwareError.OVERHEATING)
         if axis.saturated_for >= OVERLOAD_TIME and abs(axis.duty) >= OVERLOAD_DUTY:
@@ -129,3 +143,6 @@ class Health:
                 self._since.pop(error, None)
         elif now - self._since.setdefault(error, now) >= patience - _ROUNDING:
             self.raise_error(error)
+        else:
+            self.next_look = min(self.next_look, self._since[error] + patience)
+            self._timeline.wake_at(self.next_look)

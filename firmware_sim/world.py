@@ -92,20 +92,26 @@ class World:
     def advance(self, when: float) -> None:
         """Bring everything to a time, s; a past one changes nothing."""
         timeline = self._timeline
-        while timeline.alarm <= when:
+        while True:
             alarm = timeline.alarm
-            self._run_to(alarm)
-            timeline.now = max(timeline.now, alarm)
-            for servo in self.servos:
-                if servo.next_event <= timeline.now:
-                    servo.wake()
-            timeline.alarm = min((servo.next_event for servo in self.servos), default=math.inf)
-        self._run_to(when)
-        timeline.now = max(timeline.now, when)
+            self._run_to(min(alarm, when))
+            if timeline.alarm < alarm:
+                continue  # an inspection found something to look at again soon
+            timeline.now = max(timeline.now, min(alarm, when))
+            if alarm > when:
+                return
+            self._wake()
+
+    def _wake(self) -> None:
+        """Let the servos do what is due, and ask them when to do that next."""
+        for servo in self.servos:
+            if servo.next_event <= self._timeline.now:
+                servo.wake()
+        self._timeline.alarm = min((servo.next_event for servo in self.servos), default=math.inf)
 
     def _run_to(self, when: float) -> None:
-        """Move the axes, with an inspection whenever one is due."""
-        target = int((when - self._epoch) / STEP + _ROUNDING)
+        """Move the axes, with an inspection whenever one is due, as far as the next alarm."""
+        target = self._steps_at(when)
         while self._steps < target:
             if self._inspection - self._steps > INSPECTION_STEPS and self.moving:
                 self._inspection = _next_multiple(self._steps, INSPECTION_STEPS)
@@ -114,6 +120,12 @@ class World:
             self._steps = stop
             if stop == self._inspection:
                 self._inspect()
+                if self._timeline.alarm < when:
+                    target = min(target, self._steps_at(self._timeline.alarm))
+
+    def _steps_at(self, when: float) -> int:
+        """Return how many whole steps fit between the beginning and a time."""
+        return int((when - self._epoch) / STEP + _ROUNDING)
 
     def _inspect(self) -> None:
         """Let the servos look for causes of errors, and say when they look next."""

@@ -47,7 +47,7 @@ class XFirmware:
         self._axis = axis
         self._timeline = timeline
         self.actuator = Actuator(model, memory, axis, timeline)
-        self.health = Health(model, memory, axis, self._drop_torque)
+        self.health = Health(model, memory, axis, timeline, self._drop_torque)
         self._rules = Rules(model, memory, lambda: self.health.shut_down)
         self._present = Present(model, memory, self.actuator, timeline)
 
@@ -64,7 +64,7 @@ class XFirmware:
     @property
     def next_event(self) -> float:
         """When `wake` is to be called next, s."""
-        return self.actuator.slope.next_event
+        return min(self.actuator.slope.next_event, self.health.next_look)
 
     def angle(self, tick: int) -> float:
         """Return the horn's angle, rad, at which Present Position reads a number."""
@@ -106,12 +106,15 @@ class XFirmware:
 
     def inspect(self) -> None:
         """Look for causes of errors."""
-        self.health.inspect(self._timeline.now)
+        self.health.inspect()
 
     def wake(self) -> None:
-        """Lead the PWM on along its slope."""
-        if self.actuator.slope.next_event <= self._timeline.now:
+        """Lead the PWM on along its slope, and look again at what may be an error."""
+        now = self._timeline.now
+        if self.actuator.slope.next_event <= now:
             self.actuator.slope.wake()
+        if self.health.next_look <= now:
+            self.health.inspect()
 
     def stop(self) -> None:
         """Stop the horn."""
