@@ -126,7 +126,7 @@ class Alarms:
             found |= Error.INPUT_VOLTAGE
         if self._axis.temperature > value("Temperature Limit"):
             found |= Error.OVERHEATING
-        if self._axis.saturated_for > OVERLOAD_TIME and self._axis.torque_on:
+        if self._axis.saturated_for > OVERLOAD_TIME:
             found |= Error.OVERLOAD
         return found
 

@@ -212,7 +212,12 @@ def test_the_led_blinks_by_the_second_for_an_alarm_of_its_mask() -> None:
     assert seen[10:20] == seen[20:30]
     assert sum(seen[10:20]) == 5
     servo.set(Temperature_Limit=70, LED=1)
-    servo.run(BLINKING_AFTER + 0.1)
+    after = []
+    for _ in range(10):
+        after.append(led(servo))
+        servo.run(0.1)
+    assert sum(after) == 5  # it goes on
+    servo.run(BLINKING_AFTER - 0.9)
     assert {led(servo), servo.read("LED")} == {1}
     servo.run(0.5)
     assert led(servo) == 1

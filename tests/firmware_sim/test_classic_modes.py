@@ -118,6 +118,17 @@ def test_multi_turn_counts_with_divider_and_offset() -> None:
     assert servo.axis.angle - before == pytest.approx(6.2832, abs=0.01)
 
 
+def test_multi_turn_mode_begins_in_the_turn_that_the_wheel_is_in() -> None:
+    servo = ClassicBench("mx-28", **WHEEL)
+    servo.set(Torque_Enable=1, Moving_Speed=300)
+    servo.run(5.0)
+    servo.set(Moving_Speed=0)
+    servo.run(0.5)
+    assert servo.axis.ticks > 2 * 4096
+    servo.set(Torque_Enable=0, CW_Angle_Limit=4095, CCW_Angle_Limit=4095)
+    assert servo.read("Present Position") == servo.axis.ticks % 4096
+
+
 def test_turns_are_lost_without_power() -> None:
     servo = ClassicBench("mx-28", 0, **MULTI_TURN)
     servo.set(Goal_Position=2 * 4096 + 1000)

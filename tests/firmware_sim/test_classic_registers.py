@@ -195,6 +195,9 @@ def test_realtime_tick_counts_milliseconds_and_wraps() -> None:
     assert servo.read("Realtime Tick") == 1500
     servo.run(32.0)
     assert servo.read("Realtime Tick") == 33_500 - 32_768
+    servo.servo.reboot()
+    servo.run(0.25)
+    assert servo.read("Realtime Tick") == 250
 
 
 def test_realtime_tick_is_not_in_older_firmware() -> None:
