@@ -114,9 +114,12 @@ class Bus:
             return self._answer_noise(chunk, baud_rate)
         sent: list[Transmission] = []
         wire_free = begin
-        for arrival in self.ears.feed(chunk, both=bool(listeners[1].everyone)):
+        arrivals = self.ears.feed(chunk, both=bool(listeners[1].everyone))
+        for number, arrival in enumerate(arrivals):
+            if number:  # the one before may have changed an ID, a rate or a protocol
+                listeners = self._who_hears(baud_rate)
             end = max(begin + wire_time(max(0, arrival.end), baud_rate), wire_free)
-            answers = self._answer(arrival, self._who_hears(baud_rate), end, baud_rate)
+            answers = self._answer(arrival, listeners[arrival.protocol], end, baud_rate)
             wire_free = answers[-1].due if answers else end
             sent += answers
         self.wire_free = max(self.wire_free, wire_free)
@@ -132,7 +135,7 @@ class Bus:
             self.ears.give_up(1)
 
     def _answer(
-        self, arrival: Arrival, listeners: dict[int, Listeners], end: float, baud_rate: float
+        self, arrival: Arrival, listeners: Listeners, end: float, baud_rate: float
     ) -> list[Transmission]:
         """Let the servos act on a frame that ended at a time, s."""
         protocol, packet, _end = arrival
@@ -141,9 +144,9 @@ class Bus:
         self.world.advance(end)
         speak = protocol2 if protocol == 2 else protocol1
         if isinstance(packet, DamagedPacket):
-            turns = speak.refuse_damaged(packet, listeners[protocol])
+            turns = speak.refuse_damaged(packet, listeners)
         else:
-            turns = speak.execute(packet, listeners[protocol], end)
+            turns = speak.execute(packet, listeners, end)
         sent = _schedule(turns, end, baud_rate)
         for observer in self.observers:
             for transmission in sent:
@@ -156,7 +159,7 @@ class Bus:
             return []
         noise = garble(chunk, baud_rate, self.servos[0].baud_rate)
         self.wire_free += wire_time(len(noise), baud_rate)
-        return [Transmission(self.wire_free, noise)]
+        return [Transmission(self.wire_free, noise)] if noise else []
 
     def _who_hears(self, baud_rate: float) -> dict[int, Listeners]:
         """Return who hears each protocol at a baud rate."""

@@ -15,6 +15,7 @@ Bulk Read. Where the manual is silent:
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from operator import and_
 
 from firmware_sim.codes import StatusError
 from firmware_sim.packet import FAST_OVERHEAD, MAX_LENGTH, build_fast_status, build_status
@@ -95,7 +96,11 @@ def read_together(shares: Sequence[ReadShare], listeners: Listeners) -> list[Tur
     parts: dict[int, tuple[int, int, bytes]] = {}
     delay = 0.0
     for share in shares:
-        servos = [servo for servo in listeners.hearing(share.servo_id) if _reads_fast(servo)]
+        servos = [
+            servo
+            for servo in listeners.by_id.get(share.servo_id, ())
+            if servo.hears and _reads_fast(servo)
+        ]
         if not servos or share.servo_id in parts:
             break
         if not parts:
@@ -113,15 +118,12 @@ def _part(servos: Sequence[Servo], share: ReadShare) -> tuple[int, int, bytes]:
 
     A line is low where anybody pulls it: 1 only where all send 1.
     """
-    errors, everything = 0xFF, b"\xff" * share.size
+    servo_id, address, size = share
+    errors, everything = 0xFF, b""
     for servo in servos:
-        error, data = servo.read(share.address, share.size)
-        if len(data) != share.size:
-            data = bytes(share.size)
+        error, data = servo.read(address, size)
+        if len(data) != size:
+            data = bytes(size)
         errors &= error | servo.alert
-        everything = data if len(servos) == 1 else _both(everything, data)
-    return errors, share.servo_id, everything
-
-
-def _both(one: bytes, other: bytes) -> bytes:
-    return bytes(a & b for a, b in zip(one, other, strict=True))
+        everything = bytes(map(and_, everything, data)) if everything else data
+    return errors, servo_id, everything
