@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 from typing import NoReturn
 
 import firmware_sim
-from firmware_sim.tables import MODEL_NAMES
+from firmware_sim.errors import RigError
+from firmware_sim.tables import MODEL_NAMES, find_model
 
 _DESCRIPTION = """\
 Simulate Dynamixel servos behind a virtual serial port, until SIGINT or SIGTERM.
@@ -167,14 +169,17 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
 
 def model_list() -> str:
     """Return a line for each model that can be simulated."""
-    from firmware_sim.tables import find_model  # noqa: PLC0415 - reads all tables
+    return "\n".join(
+        f"{name:12}  firmware {find_model(name).firmware:3}  Protocol {_protocols(name)}"
+        for name in MODEL_NAMES
+    )
 
-    lines = []
-    for name in MODEL_NAMES:
-        model = find_model(name)
-        protocols = " and ".join(f"{protocol}.0" for protocol in sorted(model.protocols))
-        lines.append(
-            f"{name:12}  model number {model.number:5}  firmware {model.firmware:2}"
-            f"  protocol {protocols}"
-        )
-    return "\n".join(lines)
+
+def _protocols(name: str) -> str:
+    """Return the protocols that a model can speak, the factory's first."""
+    native = find_model(name).protocol
+    spoken = [f"{native}.0"]
+    with suppress(RigError):
+        find_model(name, protocol=3 - native)
+        spoken.append(f"{3 - native}.0")
+    return " or ".join(spoken)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 _MAX_RETURN_DELAY = 254
 
-_QUIET_START = 2.0
+_QUIET_START = 3.0
 """A start that takes longer explains itself, s."""
 
 
@@ -180,7 +180,7 @@ def _announce(port_name: str, servos: Sequence[ServoSettings]) -> None:
 @contextmanager
 def _explained() -> Iterator[None]:
     """Say what takes so long, if it does: the physics are compiled once on each machine."""
-    line = "firmware-sim: compiling the physics, this once: up to a minute"
+    line = "firmware-sim: starting; the first start compiles the physics, up to a minute"
     timer = threading.Timer(_QUIET_START, print, (line,), {"file": sys.stderr, "flush": True})
     timer.daemon = True
     timer.start()

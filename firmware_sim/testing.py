@@ -1,19 +1,40 @@
-"""Simulators for tests: one in a process of its own, and one on a stepped clock."""
+"""Simulators for tests: in a process of their own on real ports, and on a stepped clock.
+
+::
+
+    with simulated("xm430-w350:1", baud=1_000_000, faults=["crc-error:probability=0.01"]) as arm:
+        my_driver = MyDriver(arm.port)
+        arm.inject("unplug:for=2")
+
+    port = stepped("xm430-w350:1", "ax-12a:2")      # no process, no real time
+    port.exchange(b"...")
+
+`firmware_sim.pytest_plugin` has both as fixtures.
+"""
 
 from __future__ import annotations
 
-import errno
 import select
 import subprocess
 import sys
-from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
-from firmware_sim.bus import Bus, Transmission
-from firmware_sim.clock import SteppedClock
+from firmware_sim.control_client import send
 from firmware_sim.errors import SimulatorStartError
-from firmware_sim.simulation import Simulation, queue
+from firmware_sim.stepped import SteppedPort, stepped
+
+__all__ = [
+    "RunningSimulator",
+    "SimulatorProcess",
+    "SteppedPort",
+    "running",
+    "simulated",
+    "stepped",
+]
 
 _START_PATIENCE = 60.0
 _STOP_PATIENCE = 5.0
@@ -84,85 +105,127 @@ def running(*servos: str, arguments: tuple[str, ...] = ()) -> Iterator[str]:
         simulator.stop()
 
 
-class SteppedPort:
-    """A serial port to a simulation in the same process, on a clock that moves only by waiting.
-
-    The same requests at the same times give the same bytes, however slow the machine.
+class RunningSimulator(SimulatorProcess):
+    """A simulator in a process of its own that takes faults while it runs: see `simulated`.
 
     Parameters
     ----------
-    simulation : Simulation or Bus
-        The servos, with or without faults.
-    clock : SteppedClock
-        Their time.
-    baud_rate : float
-        The client's, bit/s.
+    folder : Path
+        Empty, for its link, control file and trace.
+    arguments : str
+        Of the command ``firmware-sim``.
+
+    Attributes
+    ----------
+    port : str
+        The port at the start.
+    link : str
+        A name of the port that stays the same when it is unplugged and comes back.
+    """
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        self.link = str(folder / "port")
+        self._control = folder / "control"
+        self._trace = folder / "trace.txt"
+        own = ("--link", self.link, "--control", str(self._control), "--trace", str(self._trace))
+        super().__init__(*arguments, *own)
+        self._last_trace = ""
+
+    def inject(self, fault: str) -> int:
+        """Begin a fault, such as ``"crc-error:id=1,for=2"``; return its number.
+
+        Raises
+        ------
+        ControlError
+            If there is no such fault.
+        """
+        return int(send(self._control, "inject", fault)["number"])
+
+    def clear(self, name: str = "all") -> None:
+        """End the faults of a name, the one with a number, or all.
+
+        Raises
+        ------
+        ControlError
+            If none is in force that is meant.
+        """
+        send(self._control, "clear", name)
+
+    def status(self) -> dict[str, Any]:
+        """Return the time, the port, the faults and the servos, as ``--status`` has them."""
+        return send(self._control, "status")
+
+    def strikes(self) -> list[dict[str, Any]]:
+        """Return what faults did last: tick, time, fault, number, id and detail of each."""
+        strikes: list[dict[str, Any]] = send(self._control, "log")["log"]
+        return strikes
+
+    @property
+    def trace(self) -> str:
+        """The packet trace: as far as it is written by now, whole after the end."""
+        if self._trace.exists():
+            return self._trace.read_text()
+        return self._last_trace
+
+    def stop(self) -> int:
+        """End it, and return its exit status; may be called twice."""
+        status = super().stop()
+        self._last_trace = self.trace
+        return status
+
+
+@contextmanager
+def simulated(
+    *servos: str,
+    baud: int | None = None,
+    protocol: int | None = None,
+    faults: Sequence[str] = (),
+    seed: int | None = None,
+    state: Path | None = None,
+    arguments: Sequence[str] = (),
+) -> Iterator[RunningSimulator]:
+    """Run a simulator that takes faults for as long as a ``with`` block lasts.
+
+    Parameters
+    ----------
+    servos : str
+        ``MODEL:ID`` or ``MODEL@FIRMWARE:ID`` each; none if `arguments` name an arm or a rig.
+    baud : int, optional
+        Of all servos, bit/s.
+    protocol : int, optional
+        1 or 2, of all servos.
+    faults : sequence of str
+        In force from the start, such as ``"crc-error:id=1,probability=0.1"``.
+    seed : int, optional
+        Of the faults' chance.
+    state : Path, optional
+        Where EEPROM and angles are kept from one run to the next.
+    arguments : sequence of str
+        More arguments of the command, such as ``("--rig", "arm.toml")``.
+
+    Yields
+    ------
+    RunningSimulator
+        With ``port``, ``link``, ``inject``, ``clear``, ``status``, ``strikes`` and ``trace``.
 
     Raises
     ------
-    OSError
-        From `write`, `in_waiting` and `read`, while the simulation is unplugged.
+    SimulatorStartError
+        If it does not start; what is wrong is on standard error.
     """
-
-    def __init__(self, simulation: Simulation | Bus, clock: SteppedClock, baud_rate: float) -> None:
-        if not isinstance(simulation, Simulation):
-            simulation = Simulation(simulation, start=clock.now())
-        self.simulation = simulation
-        self.clock = clock
-        self.baud_rate = baud_rate
-        self._due: deque[Transmission] = deque()
-        self._arrived = bytearray()
-
-    @property
-    def bus(self) -> Bus:
-        """The servos' bus."""
-        return self.simulation.bus
-
-    def write(self, data: bytes) -> None:
-        """Send bytes; no time passes."""
-        self._check_plug()
-        now = self.clock.now()
-        queue(self._due, self.simulation.receive(data, now, self.baud_rate))
-
-    def in_waiting(self) -> int:
-        """How many bytes have arrived by now."""
-        self._check_plug()
-        while self._due and self._due[0].due <= self.clock.now():
-            self._arrived += self._due.popleft().data
-        return len(self._arrived)
-
-    def read(self, size: int, timeout: float) -> bytes:
-        """Return up to `size` bytes, waiting for them for at most `timeout` s."""
-        deadline = self.clock.now() + timeout
-        while self.in_waiting() < size and self.clock.now() < deadline:
-            self.wait_until(min(deadline, self._due[0].due if self._due else deadline))
-        taken = bytes(self._arrived[:size])
-        del self._arrived[:size]
-        return taken
-
-    def exchange(self, request: bytes) -> bytes:
-        """Send a request, wait until all answers have left the wire, and return them."""
-        self.write(request)
-        self.wait_until(max([self.simulation.wire_free, *(sent.due for sent in self._due)]))
-        return self.read(self.in_waiting(), 0.0)
-
-    def wait_until(self, when: float) -> None:
-        """Let time pass until `when`, s, with all that happens by itself until then."""
-        event = self.simulation.next_event
-        while event is not None and event <= when:
-            self.clock.advance_to(event)
-            queue(self._due, self.simulation.advance(self.clock.now()))
-            following = self.simulation.next_event
-            if following is not None and following <= event:
-                break
-            event = following
-        self.clock.advance_to(when)
-
-    def _check_plug(self) -> None:
-        event = self.simulation.next_event
-        if event is not None and event <= self.clock.now():
-            queue(self._due, self.simulation.advance(self.clock.now()))
-        if self.simulation.unplugged:
-            self._due.clear()
-            self._arrived.clear()
-            raise OSError(errno.EIO, "the simulated port is unplugged")
+    command = ["--servo", *servos] if servos else []
+    for name, value in (
+        ("--baud", baud),
+        ("--protocol", protocol),
+        ("--seed", seed),
+        ("--state", state),
+    ):
+        command += [] if value is None else [name, str(value)]
+    for fault in faults:
+        command += ["--fault", fault]
+    with TemporaryDirectory(prefix="firmware-sim-") as folder:
+        simulator = RunningSimulator(Path(folder), *command, *arguments)
+        try:
+            yield simulator
+        finally:
+            simulator.stop()

@@ -1,0 +1,149 @@
+"""Servos in this process, on a clock that moves only by waiting."""
+
+from __future__ import annotations
+
+import errno
+from collections import deque
+from collections.abc import Sequence
+
+from firmware_sim.bus import Bus, Transmission
+from firmware_sim.clock import SteppedClock
+from firmware_sim.rig import Rig, check_ids, parse_servo, with_baud_rate, with_protocol
+from firmware_sim.simulation import Simulation, queue
+
+
+class SteppedPort:
+    """A serial port to a simulation in the same process, on a clock that moves only by waiting.
+
+    The same requests at the same times give the same bytes, however slow the machine.
+
+    Parameters
+    ----------
+    simulation : Simulation or Bus
+        The servos, with or without faults.
+    clock : SteppedClock
+        Their time.
+    baud_rate : float
+        The client's, bit/s.
+
+    Raises
+    ------
+    OSError
+        From `write`, `in_waiting` and `read`, while the simulation is unplugged.
+    """
+
+    def __init__(self, simulation: Simulation | Bus, clock: SteppedClock, baud_rate: float) -> None:
+        if not isinstance(simulation, Simulation):
+            simulation = Simulation(simulation, start=clock.now())
+        self.simulation = simulation
+        self.clock = clock
+        self.baud_rate = baud_rate
+        self._due: deque[Transmission] = deque()
+        self._arrived = bytearray()
+
+    @property
+    def bus(self) -> Bus:
+        """The servos' bus."""
+        return self.simulation.bus
+
+    def write(self, data: bytes) -> None:
+        """Send bytes; no time passes."""
+        self._check_plug()
+        now = self.clock.now()
+        queue(self._due, self.simulation.receive(data, now, self.baud_rate))
+
+    def in_waiting(self) -> int:
+        """How many bytes have arrived by now."""
+        self._check_plug()
+        while self._due and self._due[0].due <= self.clock.now():
+            self._arrived += self._due.popleft().data
+        return len(self._arrived)
+
+    def read(self, size: int, timeout: float) -> bytes:
+        """Return up to `size` bytes, waiting for them for at most `timeout` s."""
+        deadline = self.clock.now() + timeout
+        while self.in_waiting() < size and self.clock.now() < deadline:
+            self.wait_until(min(deadline, self._due[0].due if self._due else deadline))
+        taken = bytes(self._arrived[:size])
+        del self._arrived[:size]
+        return taken
+
+    def exchange(self, request: bytes) -> bytes:
+        """Send a request, wait until all answers have left the wire, and return them."""
+        self.write(request)
+        self.wait_until(max([self.simulation.wire_free, *(sent.due for sent in self._due)]))
+        return self.read(self.in_waiting(), 0.0)
+
+    def wait_until(self, when: float) -> None:
+        """Let time pass until `when`, s, with all that happens by itself until then."""
+        event = self.simulation.next_event
+        while event is not None and event <= when:
+            self.clock.advance_to(event)
+            queue(self._due, self.simulation.advance(self.clock.now()))
+            following = self.simulation.next_event
+            if following is not None and following <= event:
+                break
+            event = following
+        self.clock.advance_to(when)
+
+    def _check_plug(self) -> None:
+        event = self.simulation.next_event
+        if event is not None and event <= self.clock.now():
+            queue(self._due, self.simulation.advance(self.clock.now()))
+        if self.simulation.unplugged:
+            self._due.clear()
+            self._arrived.clear()
+            raise OSError(errno.EIO, "the simulated port is unplugged")
+
+
+def stepped(
+    *servos: str,
+    baud: int | None = None,
+    protocol: int | None = None,
+    faults: Sequence[str] = (),
+    seed: int = 0,
+    gap_rule: bool = True,
+) -> SteppedPort:
+    """Return a port to servos on a stepped clock that stands at 0 s.
+
+    Parameters
+    ----------
+    servos : str
+        ``MODEL:ID`` or ``MODEL@FIRMWARE:ID`` each.
+    baud : int, optional
+        Of all servos, bit/s; by default each has its factory's, and the port the first servo's.
+    protocol : int, optional
+        1 or 2, of all servos; by default each speaks its factory's.
+    faults : sequence of str
+        Such as ``"crc-error:id=1,probability=0.1"``.
+    seed : int
+        Of the faults' chance.
+    gap_rule : bool
+        Whether a silence within an instruction makes the servos give it up.
+
+    Returns
+    -------
+    SteppedPort
+        With the ``clock`` and the ``simulation`` behind it.
+
+    Raises
+    ------
+    RigError
+        If there are no such servos.
+    FaultError
+        If a fault makes no sense.
+    """
+    from firmware_sim.assembly import build_simulation  # noqa: PLC0415 - the physics take a while
+    from firmware_sim.faults.parsing import parse_fault  # noqa: PLC0415
+
+    settings = [parse_servo(text) for text in servos]
+    check_ids(settings)
+    if protocol is not None:
+        settings = [with_protocol(servo, protocol) for servo in settings]
+    if baud is not None:
+        settings = [with_baud_rate(servo, baud) for servo in settings]
+    simulation = build_simulation(
+        Rig(settings), gap_rule=gap_rule, faults=[parse_fault(text) for text in faults], seed=seed
+    )
+    rate = simulation.bus.servos[0].baud_rate
+    return SteppedPort(simulation, SteppedClock(), rate)
