@@ -221,9 +221,18 @@ def _triple(values: FloatArray) -> tuple[float, float, float]:
 
 
 def _inputs_hash(arm: ArmDescription, trainings: list[Training], options: LearningOptions) -> str:
-    digest = hashlib.sha256(msgspec.json.encode(arm))
+    digest = hashlib.sha256(_without_masses(arm))
     for training in trainings:
         digest.update(training.capture.name.encode())
         digest.update(np.round(training.landmarks, 9).tobytes())
     digest.update(repr((options.stable, options.rate_hz, options.schedule)).encode())
     return digest.hexdigest()
+
+
+def _without_masses(arm: ArmDescription) -> bytes:
+    """Encode a description but for what learning, which moves no mass, does not look at."""
+    document = msgspec.to_builtins(arm)
+    del document["gravity"], document["tip"]["mass"]
+    for joint in document["joint"]:
+        del joint["link"]
+    return msgspec.json.encode(document)
