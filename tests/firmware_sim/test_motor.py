@@ -15,8 +15,23 @@ from firmware_sim.physics.kernel import (
     THERMAL_TIME,
 )
 from firmware_sim.physics.plant import JointsPlant
+from firmware_sim.tables import MODEL_NAMES, find_model
 
 from .one_axis import DATA_SHEETS, TICK, OneAxis
+
+
+@pytest.mark.parametrize("name", MODEL_NAMES)
+def test_every_model_keeps_to_its_data_sheet(name: str) -> None:
+    """No-load speed at nominal voltage, stall current in a jam, and a lag of some milliseconds."""
+    motor = find_model(name).motor
+    rig = OneAxis(motor)
+    rig.axis.drive_duty(-1.0)
+    rig.run(1.0)
+    assert rig.axis.velocity * 30.0 / math.pi == pytest.approx(-motor.no_load_speed, rel=1e-6)
+    rig.axis.jam(on=True)
+    rig.run(STEP)
+    assert rig.axis.current == pytest.approx(-motor.stall_current, rel=1e-12)
+    assert 0.004 < motor.inertia * rig.no_load_speed / motor.stall_torque < 0.03
 
 
 @pytest.mark.parametrize("name", DATA_SHEETS)
@@ -250,6 +265,10 @@ def test_a_supply_of_nothing_gives_nothing() -> None:
     rig.run(3.0)
     assert rig.axis.velocity == rig.axis.voltage == 0.0
     assert rig.axis.current == pytest.approx(0.0, abs=1e-12)
+    rig.axis.drive_current(0.0)
+    rig.run(0.1)
+    assert rig.axis.duty == 0.0
+    rig.axis.drive_current(0.5)
     rig.axis.set_supply(12.0)
     rig.run(0.5)
     assert rig.axis.velocity > 1.0
