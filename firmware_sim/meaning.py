@@ -10,8 +10,7 @@ from firmware_sim.codes import ALERT, StatusError
 from firmware_sim.packet import BROADCAST_ID, STATUS_INSTRUCTION
 from firmware_sim.parser import DamagedPacket, Packet, PacketParser
 from firmware_sim.parser1 import PacketParser1
-from firmware_sim.protocol1 import ErrorBit, Instruction1
-from firmware_sim.protocol2 import Instruction
+from firmware_sim.protocol1_single import ErrorBit, Instruction1
 from firmware_sim.protocol2_shares import (
     ReadShare,
     WriteShare,
@@ -20,6 +19,7 @@ from firmware_sim.protocol2_shares import (
     sync_reads,
     sync_writes,
 )
+from firmware_sim.protocol2_single import Instruction
 
 
 def _plain(name: IntEnum) -> str:

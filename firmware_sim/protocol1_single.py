@@ -1,0 +1,155 @@
+"""Protocol 1.0: what one servo does when an instruction is for it, and what it answers.
+
+Source: e-Manual, "DYNAMIXEL Protocol 1.0", Instruction Details and Error. Where it is silent: of
+the numbers that servos refuse writes with, the limit of a goal becomes the angle limit bit; the
+range, length and access errors the range bit; the rest, and a frame with too few parameters, the
+instruction bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import IntEnum
+from functools import partial
+
+from firmware_sim.codes import StatusError
+from firmware_sim.model import ServoModel
+from firmware_sim.packet1 import MAX_PARAMS_1, build_packet_1
+from firmware_sim.replies import Reply
+from firmware_sim.servo import Servo
+
+_REBOOTS_FROM = 40
+"""Firmware of the MX series that knows reboot, and obeys no reset of all (Factory Reset, Reboot).
+MX-12W, which is not simulated, has 41."""
+
+
+class Instruction1(IntEnum):
+    """The instructions that are answered; others end in an instruction error."""
+
+    PING = 0x01
+    READ = 0x02
+    WRITE = 0x03
+    REG_WRITE = 0x04
+    ACTION = 0x05
+    FACTORY_RESET = 0x06
+    REBOOT = 0x08
+    SYNC_WRITE = 0x83
+    BULK_READ = 0x92
+
+
+class ErrorBit(IntEnum):
+    """Bits of the error byte that speak of the instruction; `Servo.error_bits` has the others."""
+
+    ANGLE_LIMIT = 0x02
+    RANGE = 0x08
+    CHECKSUM = 0x10
+    INSTRUCTION = 0x40
+
+
+_BITS = {
+    StatusError.NONE: 0,
+    StatusError.RESULT_FAIL: ErrorBit.INSTRUCTION,
+    StatusError.INSTRUCTION: ErrorBit.INSTRUCTION,
+    StatusError.CRC: ErrorBit.CHECKSUM,
+    StatusError.DATA_RANGE: ErrorBit.RANGE,
+    StatusError.DATA_LENGTH: ErrorBit.RANGE,
+    StatusError.DATA_LIMIT: ErrorBit.ANGLE_LIMIT,
+    StatusError.ACCESS: ErrorBit.RANGE,
+}
+
+
+def obey(servo: Servo, instruction: int, params: bytes) -> Reply | None:
+    """Let a servo do what it was asked by its ID, and return its answer."""
+    return HANDLERS.get(instruction, _unknown)(servo, params)
+
+
+def obey_as_shadow(servo: Servo, instruction: int, params: bytes) -> None:
+    """Do what was asked of a secondary ID, without a word."""
+    if instruction == Instruction1.ACTION:
+        servo.act()
+    elif instruction == Instruction1.WRITE:
+        _with_params(partial(servo.write, ram_only=True), params)
+    elif instruction == Instruction1.REG_WRITE:
+        _with_params(partial(servo.register_write, ram_only=True), params)
+
+
+def reboots(model: ServoModel) -> bool:
+    """Return whether a model knows reboot, and obeys no factory reset of all."""
+    newer_mx = model.name.startswith("mx-") and model.firmware >= _REBOOTS_FROM
+    return model.family == "x" or newer_mx
+
+
+def status(servo: Servo, bits: int, params: bytes = b"", level: int = 2) -> Reply | None:
+    """Return one status packet, or none where the status return level forbids it."""
+    if servo.status_return_level < level:
+        return None
+    frame = build_packet_1(servo.servo_id, bits | servo.error_bits, params)
+    return Reply(frame, servo.return_delay)
+
+
+def _unknown(servo: Servo, _params: bytes) -> Reply | None:
+    return status(servo, ErrorBit.INSTRUCTION)
+
+
+def _ping(servo: Servo, _params: bytes) -> Reply | None:
+    return status(servo, 0, level=0)
+
+
+def _read(servo: Servo, params: bytes) -> Reply | None:
+    if len(params) != 2:
+        return status(servo, ErrorBit.INSTRUCTION, level=1)
+    address, size = params
+    if size > MAX_PARAMS_1:
+        return status(servo, ErrorBit.RANGE, level=1)
+    error, data = servo.read(address, size)
+    return status(servo, _BITS[error], data, level=1)
+
+
+def _write(servo: Servo, params: bytes) -> Reply | None:
+    return _confirm(servo, lambda: _with_params(servo.write, params))
+
+
+def _reg_write(servo: Servo, params: bytes) -> Reply | None:
+    return _confirm(servo, lambda: _with_params(servo.register_write, params))
+
+
+def _action(servo: Servo, _params: bytes) -> Reply | None:
+    return _confirm(servo, servo.act)
+
+
+def _factory_reset(servo: Servo, _params: bytes) -> Reply | None:
+    reply = status(servo, 0)
+    servo.factory_reset(keep_id=False, keep_baud_rate=False)
+    return reply
+
+
+def _reboot(servo: Servo, params: bytes) -> Reply | None:
+    if not reboots(servo.model):
+        return _unknown(servo, params)
+    reply = status(servo, 0)
+    servo.reboot()
+    return reply
+
+
+def _confirm(servo: Servo, act: Callable[[], StatusError]) -> Reply | None:
+    """Act and say how it went, as the servo was set before: a new ID counts from then on."""
+    servo_id, delay = servo.servo_id, servo.return_delay
+    silent = servo.status_return_level < 2
+    bits = _BITS[act()] | servo.error_bits
+    return None if silent else Reply(build_packet_1(servo_id, bits), delay)
+
+
+def _with_params(write: Callable[[int, bytes], StatusError], params: bytes) -> StatusError:
+    return write(params[0], params[1:]) if len(params) > 1 else StatusError.INSTRUCTION
+
+
+HANDLERS: dict[int, Callable[[Servo, bytes], Reply | None]] = {
+    Instruction1.PING: _ping,
+    Instruction1.READ: _read,
+    Instruction1.WRITE: _write,
+    Instruction1.REG_WRITE: _reg_write,
+    Instruction1.ACTION: _action,
+    Instruction1.FACTORY_RESET: _factory_reset,
+    Instruction1.REBOOT: _reboot,
+}
+"""What instructions to one servo do."""

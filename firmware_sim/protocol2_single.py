@@ -1,0 +1,155 @@
+"""Protocol 2.0: what one servo does when an instruction is for it, and what it answers.
+
+Source: e-Manual, "DYNAMIXEL Protocol 2.0", Instruction Details. Where the manual is silent:
+parameters that an instruction does not need are ignored; options it does not know are a data range
+error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import IntEnum
+from functools import partial
+
+from firmware_sim.codes import StatusError
+from firmware_sim.packet import build_status
+from firmware_sim.protocol2_reads import identity, read_reply, status
+from firmware_sim.replies import Reply
+from firmware_sim.servo import Servo
+
+_RESET_ALL = 0xFF
+_RESET_ALL_BUT_ID = 0x01
+_RESET_ALL_BUT_ID_AND_BAUD_RATE = 0x02
+_RESET_OPTIONS = (_RESET_ALL, _RESET_ALL_BUT_ID, _RESET_ALL_BUT_ID_AND_BAUD_RATE)
+
+_CLEAR_FROM = 42
+"""Firmware that knows clear (Clear, applied products)."""
+
+_BACKUP, _RESTORE = 0x01, 0x02
+_BACKUP_WORD = b"CTRL"
+
+
+class Instruction(IntEnum):
+    """The instructions that are answered; others end in an instruction error."""
+
+    PING = 0x01
+    READ = 0x02
+    WRITE = 0x03
+    REG_WRITE = 0x04
+    ACTION = 0x05
+    FACTORY_RESET = 0x06
+    REBOOT = 0x08
+    CLEAR = 0x10
+    BACKUP = 0x20
+    SYNC_READ = 0x82
+    SYNC_WRITE = 0x83
+    FAST_SYNC_READ = 0x8A
+    BULK_READ = 0x92
+    BULK_WRITE = 0x93
+    FAST_BULK_READ = 0x9A
+
+
+def obey(servo: Servo, instruction: int, params: bytes) -> Reply | None:
+    """Let a servo do what it was asked by its ID, and return its answer."""
+    return HANDLERS.get(instruction, _unknown)(servo, params)
+
+
+def obey_as_shadow(servo: Servo, instruction: int, params: bytes) -> None:
+    """Do what was asked of a secondary ID, without a word."""
+    if instruction == Instruction.ACTION:
+        servo.act()
+    elif instruction == Instruction.WRITE:
+        _with_params(partial(servo.write, ram_only=True), params)
+    elif instruction == Instruction.REG_WRITE:
+        _with_params(partial(servo.register_write, ram_only=True), params)
+
+
+def _unknown(servo: Servo, _params: bytes) -> Reply | None:
+    return status(servo, StatusError.INSTRUCTION)
+
+
+def _ping(servo: Servo, _params: bytes) -> Reply | None:
+    return status(servo, StatusError.NONE, identity(servo), level=0)
+
+
+def _read(servo: Servo, params: bytes) -> Reply | None:
+    if len(params) != 4:
+        return status(servo, StatusError.DATA_LENGTH, level=1)
+    return read_reply(servo, params[0] | params[1] << 8, params[2] | params[3] << 8)
+
+
+def _write(servo: Servo, params: bytes) -> Reply | None:
+    return _confirm(servo, lambda: _with_params(servo.write, params))
+
+
+def _reg_write(servo: Servo, params: bytes) -> Reply | None:
+    return _confirm(servo, lambda: _with_params(servo.register_write, params))
+
+
+def _action(servo: Servo, _params: bytes) -> Reply | None:
+    return _confirm(servo, servo.act)
+
+
+def _reboot(servo: Servo, _params: bytes) -> Reply | None:
+    reply = status(servo, StatusError.NONE)
+    servo.reboot()
+    return reply
+
+
+def _factory_reset(servo: Servo, params: bytes) -> Reply | None:
+    if len(params) != 1:
+        return status(servo, StatusError.DATA_LENGTH)
+    option = params[0]
+    if option not in _RESET_OPTIONS:
+        return status(servo, StatusError.DATA_RANGE)
+    reply = status(servo, StatusError.NONE)
+    servo.factory_reset(
+        keep_id=option != _RESET_ALL, keep_baud_rate=option == _RESET_ALL_BUT_ID_AND_BAUD_RATE
+    )
+    return reply
+
+
+def _clear(servo: Servo, params: bytes) -> Reply | None:
+    if servo.model.family != "x" or servo.model.firmware < _CLEAR_FROM:
+        return _unknown(servo, params)
+    if len(params) != 5:
+        return status(servo, StatusError.DATA_LENGTH)
+    return _confirm(servo, lambda: servo.clear(params))
+
+
+def _back_up(servo: Servo, params: bytes) -> Reply | None:
+    if not servo.model.understands_backup:
+        return _unknown(servo, params)
+    if len(params) != 5:
+        return status(servo, StatusError.DATA_LENGTH)
+    if params[0] not in (_BACKUP, _RESTORE) or params[1:] != _BACKUP_WORD:
+        return status(servo, StatusError.DATA_RANGE)
+    return _confirm(servo, servo.backup if params[0] == _BACKUP else servo.restore)
+
+
+def _confirm(servo: Servo, act: Callable[[], StatusError]) -> Reply | None:
+    """Act and say how it went, as the servo was set before: a new ID counts from then on."""
+    servo_id, delay = servo.servo_id, servo.return_delay
+    silent = servo.status_return_level < 2
+    error = act()
+    return None if silent else Reply(build_status(servo_id, error | servo.alert), delay)
+
+
+def _with_params(write: Callable[[int, bytes], StatusError], params: bytes) -> StatusError:
+    if len(params) < 3:
+        return StatusError.DATA_LENGTH
+    return write(params[0] | params[1] << 8, params[2:])
+
+
+HANDLERS: dict[int, Callable[[Servo, bytes], Reply | None]] = {
+    Instruction.PING: _ping,
+    Instruction.READ: _read,
+    Instruction.WRITE: _write,
+    Instruction.REG_WRITE: _reg_write,
+    Instruction.ACTION: _action,
+    Instruction.FACTORY_RESET: _factory_reset,
+    Instruction.REBOOT: _reboot,
+    Instruction.CLEAR: _clear,
+    Instruction.BACKUP: _back_up,
+}
+"""What instructions to one servo do."""
