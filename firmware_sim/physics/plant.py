@@ -60,8 +60,6 @@ class JointsPlant:
             self._supplies = make_supplies(supply_resistance)
         else:
             self._supplies = make_supplies([supply_resistance])
-        # Compiled, or read from its cache, before anybody waits for an answer.
-        kernel.advance(self._state, self._supplies, 0)
 
     def advance(self, steps: int) -> None:
         """Go on by a number of steps of `kernel.STEP`."""
