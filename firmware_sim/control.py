@@ -105,12 +105,15 @@ class ControlSocket:
         self._connections[client.fileno()] = _Connection(client)
 
     def _hear(self, connection: _Connection) -> bool:
-        """Answer the requests that have come; return whether the connection goes on."""
-        for line in connection.take_lines():
+        """Answer one request, if a whole one has come; return whether the connection goes on.
+
+        More of them wait in the socket, so that the bus has its turn in between.
+        """
+        line = connection.take_line()
+        if line is not None:
             answer, goes_on = self._answer(line)
             if not connection.send(answer) or not goes_on:
                 connection.close()
-                break
         return connection.is_open
 
     def _answer(self, line: bytes) -> tuple[Answer, bool]:
@@ -143,23 +146,34 @@ class _Connection:
     def is_open(self) -> bool:
         return self._client.fileno() >= 0
 
-    def take_lines(self) -> list[bytes]:
-        """Return the lines that are whole by now; close at the end or at too much."""
-        try:
-            chunk = self._client.recv(LINE_CAP)
-        except BlockingIOError:
-            return []
-        except OSError:
-            chunk = b""
-        *lines, rest = (bytes(self._pending) + chunk).split(b"\n")
-        self._pending = bytearray(rest)
-        self._requests += len(lines)
+    def take_line(self) -> bytes | None:
+        """Return the next line if it is whole by now; close at the end or at too much."""
+        chunk = self._receive()
+        if chunk is None:
+            return None
+        self._pending += chunk
         if not chunk:
             self.close()
-        elif len(rest) >= LINE_CAP or self._requests > REQUEST_CAP:
+        elif len(self._pending) > LINE_CAP or self._requests >= REQUEST_CAP:
             self.send(_refusal("too much"))
             self.close()
-        return lines if self.is_open else []
+        elif chunk.endswith(b"\n"):
+            line = bytes(self._pending)
+            self._pending.clear()
+            self._requests += 1
+            return line
+        return None
+
+    def _receive(self) -> bytes | None:
+        """Return bytes up to the next end of a line; None for none yet, empty at the end."""
+        try:
+            waiting = self._client.recv(LINE_CAP, socket.MSG_PEEK)
+            end = waiting.find(b"\n") + 1 or len(waiting)
+            return self._client.recv(end) if waiting else b""
+        except BlockingIOError:
+            return None
+        except OSError:
+            return b""
 
     def send(self, answer: Answer) -> bool:
         """Send an answer; return False where the client does not take it."""
