@@ -146,7 +146,7 @@ KINDS = (
     ),
     FaultKind(
         "slow-adapter",
-        (15, 27),
+        (15,),
         "everything is late, by a time that varies; the order stays",
         SlowAdapter,
         (

@@ -104,7 +104,7 @@ KINDS = (
     FaultKind("duplicate-reply", (17,), "replies arrive twice", DuplicateReply),
     FaultKind(
         "lost-instructions",
-        (9, 21),
+        (9,),
         "requests to a servo, or to all, do not reach it",
         LostInstruction,
     ),

@@ -34,7 +34,7 @@ KINDS = (
     FaultKind(
         "unplugged",
         (12, 13),
-        "the port is gone, and comes back after `for`",
+        "the port is gone, and comes back when its time is over",
         Unplugged,
         concerns_servo=False,
     ),

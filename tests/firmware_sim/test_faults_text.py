@@ -153,6 +153,11 @@ def test_the_list_names_each_fault_with_its_row_and_arguments(kind: FaultKind) -
         assert argument.unit in line
 
 
+def test_every_row_of_the_bus_and_of_servos_has_a_fault() -> None:
+    on_the_bus_or_in_a_servo = {*range(1, 11), *range(12, 21), 24, 25, 35, 40}
+    assert {row for kind in KINDS.values() for row in kind.rows} == on_the_bus_or_in_a_servo
+
+
 def test_a_scenario_says_what_and_when(tmp_path: Path) -> None:
     file = tmp_path / "scenario.toml"
     file.write_text(
