@@ -19,6 +19,7 @@ from firmware_sim.codes import (
     CURRENT_MODES,
     POSITION_MODES,
     TIME_BASED_PROFILE,
+    TORQUE_ON_BY_GOAL,
     OperatingMode,
 )
 from firmware_sim.frame import PositionFrame
@@ -33,7 +34,7 @@ from firmware_sim.timeline import Timeline
 
 _MILLISECOND = 1.0e-3
 
-_LEADING_GOAL = {
+_LEADING_GOAL: dict[int, str] = {
     OperatingMode.CURRENT: "Goal Current",
     OperatingMode.VELOCITY: "Goal Velocity",
     OperatingMode.PWM: "Goal PWM",
@@ -109,11 +110,11 @@ class Actuator:
     def lead(self) -> None:
         """Go for the goal of the mode, if the torque is on."""
         if self.axis.torque_on:
-            self._lead_by_mode.get(self._mode, self._lead_position)()
+            self._lead()
 
     def leads_by(self, goal: str) -> bool:
         """Whether a new value of this goal is something to go for in the present mode."""
-        return goal == _LEADING_GOAL.get(OperatingMode(self._mode), "Goal Position")
+        return goal == self._leading_goal
 
     def switch_mode(self) -> None:
         """Do what a new Operating Mode(11) does: gains, profile and goals start anew."""
@@ -133,7 +134,7 @@ class Actuator:
         for goal, limit in LIMITED_BY.items():
             if goal in self._memory.table.by_name:
                 self._memory.store(goal, self._memory.value(limit))
-        leading = _LEADING_GOAL.get(OperatingMode(self._memory.value("Operating Mode")))
+        leading = _LEADING_GOAL.get(self._memory.value("Operating Mode"))
         if leading is not None:
             self._memory.store(leading, 0)
         self._store_position(self.axis.angle)
@@ -148,7 +149,7 @@ class Actuator:
 
     def stop(self) -> None:
         """Stop, and hold if there is position control."""
-        leading = _LEADING_GOAL.get(OperatingMode(self._mode))
+        leading = _LEADING_GOAL.get(self._mode)
         if leading is None:
             self.axis.hold()
             self._store_position(self.axis.reference_goal)
@@ -165,6 +166,11 @@ class Actuator:
     def _read_mode(self) -> None:
         self._mode = self._memory.value("Operating Mode")
         self.in_position_mode = self._mode in POSITION_MODES
+        self._leading_goal = _LEADING_GOAL.get(self._mode, "Goal Position")
+        self._lead = self._lead_by_mode.get(self._mode, self._lead_position)
+        drive_mode = self._memory.value("Drive Mode")
+        self._time_based = bool(drive_mode & TIME_BASED_PROFILE)
+        self.torque_on_by_goal = bool(drive_mode & TORQUE_ON_BY_GOAL)
 
     def _store_position(self, angle: float) -> None:
         self._memory.store("Goal Position", self.frame.position(angle))
@@ -178,7 +184,7 @@ class Actuator:
         angle = self.frame.angle(goal)
         velocity, acceleration = value("Profile Velocity"), value("Profile Acceleration")
         start, speed = axis.reference, axis.reference_velocity
-        if value("Drive Mode") & TIME_BASED_PROFILE:
+        if self._time_based:
             return time_profile(
                 start, speed, angle, velocity * _MILLISECOND, acceleration * _MILLISECOND
             )
@@ -191,12 +197,9 @@ class Actuator:
         value = self._memory.value
         speed = self.frame.direction * value("Goal Velocity") * self._units.velocity
         ramp = value("Profile Acceleration")
-        if not value("Drive Mode") & TIME_BASED_PROFILE:
-            acceleration = ramp * self._units.acceleration
-        elif ramp:
+        acceleration = ramp * self._units.acceleration
+        if self._time_based and ramp:
             acceleration = abs(speed - self.axis.reference_velocity) / (ramp * _MILLISECOND)
-        else:
-            acceleration = 0.0
         self.axis.drive_velocity(speed, acceleration)
 
     def _lead_current(self) -> None:

@@ -36,6 +36,14 @@ class Firmware(Protocol):
         """The error byte of protocol 1.0, without the bits that speak of the instruction."""
 
     @property
+    def deaf_until(self) -> float:
+        """Until when it hears nothing for another reason than a boot, s."""
+
+    @property
+    def led(self) -> int:
+        """What the LED shows now; after a shutdown that may differ from its register."""
+
+    @property
     def next_event(self) -> float:
         """When `wake` is to be called next, s; infinity for never."""
 

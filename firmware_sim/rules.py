@@ -10,6 +10,7 @@ manual is silent: Torque Enable is refused with a result fail after a shutdown.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from firmware_sim.codes import (
     SLAVE_MODE,
@@ -65,7 +66,11 @@ class Rules:
             "Torque Enable": self._refuse_torque,
             "Bus Watchdog": self._refuse_watchdog,
             "Goal Position": self._refuse_goal_position,
+            **{goal: partial(self._refuse_goal, limit) for goal, limit in LIMITED_BY.items()},
         }
+        for name in model.table.by_name:
+            if name.startswith("External Port Data"):
+                self._checks[name] = partial(self._refuse_port, name.replace("Data", "Mode"))
 
     def check(self, address: int, data: bytes, ram_only: bool) -> tuple[StatusError, Values]:
         """Return why a write is refused, and what it writes; see `Firmware.check_write`."""
@@ -76,13 +81,7 @@ class Rules:
         self._checker.forget()
 
     def _refuse(self, register: Register, value: int) -> StatusError:
-        name = register.name
-        if name in LIMITED_BY:
-            return self._refuse_goal(name, value)
-        if name.startswith("External Port Data"):
-            mode = self._value(name.replace("Data", "Mode"))
-            return StatusError.NONE if mode == PORT_OUTPUT else StatusError.ACCESS
-        check = self._checks.get(name)
+        check = self._checks.get(register.name)
         return check(value) if check is not None else StatusError.NONE
 
     def _refuse_baud_rate(self, value: int) -> StatusError:
@@ -104,10 +103,14 @@ class Rules:
         expired = self._value("Bus Watchdog") == WATCHDOG_EXPIRED
         return StatusError.DATA_RANGE if value and expired else StatusError.NONE
 
-    def _refuse_goal(self, name: str, value: int) -> StatusError:
+    def _refuse_port(self, mode_name: str, _value: int) -> StatusError:
+        is_output = self._value(mode_name) == PORT_OUTPUT
+        return StatusError.NONE if is_output else StatusError.ACCESS
+
+    def _refuse_goal(self, limit_name: str, value: int) -> StatusError:
         if self._value("Bus Watchdog") == WATCHDOG_EXPIRED:
             return StatusError.DATA_RANGE
-        limit = self._value(LIMITED_BY[name])
+        limit = self._value(limit_name)
         return StatusError.NONE if -limit <= value <= limit else StatusError.DATA_LIMIT
 
     def _refuse_goal_position(self, value: int) -> StatusError:

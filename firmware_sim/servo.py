@@ -103,8 +103,9 @@ class Servo:
         self.firmware.install(self.firmware.angle(start_tick), self.supply_voltage)
         self._timeline = timeline
         self._watchdog = BusWatchdog(self.memory)
-        self._indirect = IndirectMap(self.memory)
-        self._reader = Reader(self.memory, self.firmware, self._indirect)
+        indirect = IndirectMap(self.memory)
+        self._reader = Reader(self.memory, self.firmware, indirect)
+        self._own_settings = _IDENTITY.union(indirect.names)
         self._registered: tuple[int, bytes, bool] | None = None
         self._power_on_at = math.inf
         self._boot()
@@ -128,7 +129,10 @@ class Servo:
     @property
     def hears(self) -> bool:
         """Whether it has power, has booted and is not cut off."""
-        return self._timeline.now >= self._deaf_until and not self.silenced
+        now = self._timeline.now
+        if self.silenced or now < self._deaf_until:
+            return False
+        return now >= self.firmware.deaf_until
 
     def feed(self, when: float) -> None:
         """Tell its bus watchdog of an instruction, at a time in s."""
@@ -178,9 +182,10 @@ class Servo:
             memory.store(register.name, value)
         self.firmware.wrote(changes)
         for register, _value, changed in changes:
-            if changed:
+            if changed and register.name in self._own_settings:
                 self._take_setting(register.name)
-        self._timeline.wake_at(self._watchdog.deadline)
+        deadline = self._watchdog.deadline
+        self._timeline.alarm = min(self._timeline.alarm, deadline)
         return StatusError.NONE
 
     def register_write(self, address: int, data: bytes, *, ram_only: bool = False) -> StatusError:
@@ -315,7 +320,7 @@ class Servo:
         """Look again at what a register says that the servo itself lives by."""
         if name in _IDENTITY:
             self._take_identity()
-        elif name.startswith("Indirect Address"):
+        else:
             self._reader.forget()
 
     def _take_identity(self) -> None:

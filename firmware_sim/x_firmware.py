@@ -5,13 +5,13 @@ Source: the e-Manual's X-series pages, "Control Table Description".
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 from firmware_sim.actuator import Actuator
 from firmware_sim.codes import (
     ALERT,
     CLEAR_MULTI_TURN,
-    TORQUE_ON_BY_GOAL,
     HardwareError,
     StatusError,
 )
@@ -24,6 +24,12 @@ from firmware_sim.physics.axis import Axis
 from firmware_sim.present import Present
 from firmware_sim.rules import GOAL_NAMES, Rules
 from firmware_sim.timeline import Timeline
+
+_BLINKS_FROM = 41
+"""Firmware whose LED blinks after a shutdown ("Shutdown(63)")."""
+
+_BLINK_TIME = 0.5
+"""Half of a second in which it blinks once, s."""
 
 
 class XFirmware:
@@ -60,6 +66,18 @@ class XFirmware:
     def error_bits(self) -> int:
         """The error byte of protocol 1.0."""
         return self.health.protocol_1_bits
+
+    @property
+    def deaf_until(self) -> float:
+        """Never deaf but while it boots."""
+        return -math.inf
+
+    @property
+    def led(self) -> int:
+        """What the LED shows now: the register, or 1 and 0 in turn after a shutdown."""
+        if self.health.shut_down and self._model.firmware >= _BLINKS_FROM:
+            return 1 - int(self._timeline.now / _BLINK_TIME) % 2
+        return self._memory.value("LED")
 
     @property
     def next_event(self) -> float:
@@ -136,8 +154,7 @@ class XFirmware:
 
     def _new_goal(self, name: str) -> None:
         actuator = self.actuator
-        switches_on = self._memory.value("Drive Mode") & TORQUE_ON_BY_GOAL
-        if switches_on and not self._axis.torque_on and not self.health.shut_down:
+        if actuator.torque_on_by_goal and not self._axis.torque_on and not self.health.shut_down:
             actuator.set_torque(on=True)
         elif actuator.leads_by(name):
             actuator.lead()
