@@ -3,7 +3,7 @@
 One request a line and one answer a line, both JSON objects::
 
     {"token": "...", "command": "inject", "fault": "crc-error:id=3,for=2"}
-    {"ok": true, "number": 4, "fault": "crc-error:id=3,for=2.0"}
+    {"ok": true, "number": 4, "fault": "crc-error:id=3,for=2"}
 
 `COMMANDS` says what can be asked. Address and token are in a file that only its owner can read.
 Whoever sends garbage, a wrong token or too much is told so in a line and disconnected.

@@ -114,5 +114,10 @@ class FaultSpec:
     @property
     def text(self) -> str:
         """It as it is written on a command line."""
-        arguments = ",".join(f"{name}={value}" for name, value in self.given.items())
+        arguments = ",".join(f"{name}={_shown(value)}" for name, value in self.given.items())
         return f"{self.kind.name}:{arguments}" if arguments else self.kind.name
+
+
+def _shown(value: Value) -> str:
+    """Return a value as people write it: 2, not 2.0."""
+    return str(value).removesuffix(".0")

@@ -166,7 +166,7 @@ def test_a_scenario_says_what_and_when(tmp_path: Path) -> None:
     )
     scenario = read_scenario(file)
     assert scenario.seed == 7
-    assert [spec.text for spec in scenario.faults] == ["reboot:at=2.0,id=3", "noise:place=after"]
+    assert [spec.text for spec in scenario.faults] == ["reboot:at=2,id=3", "noise:place=after"]
 
 
 def test_an_empty_scenario_is_one() -> None:
