@@ -58,71 +58,92 @@ class Chunking(PacketFault):
         ]
 
 
-class SlowAdapter(StateFault):
-    """Everything takes longer, and not always equally long; the order stays."""
+class AdapterState(StateFault):
+    """Delays bytes for a time; those that come after it do not overtake them."""
 
     stage = ADAPTER
 
     def __init__(self, spec: FaultSpec, random: Random) -> None:
         super().__init__(spec, random)
-        self._last = {"client": 0.0, "servos": 0.0}
+        self.last = {"client": 0.0, "servos": 0.0}
+        """When the last bytes delayed arrive, s."""
 
-    def inward(self, pieces: list[Piece], _line: Line) -> list[Piece]:
+    def inward(self, pieces: list[Piece], line: Line) -> list[Piece]:
         """Return the requests, later."""
-        return self._delayed(pieces, "servos")
+        return self._in_order(self.delayed(pieces, line, "servos") if self.on else pieces, "servos")
 
-    def outward(self, pieces: list[Piece], _line: Line) -> list[Piece]:
+    def outward(self, pieces: list[Piece], line: Line) -> list[Piece]:
         """Return the replies, later."""
-        return self._delayed(pieces, "client")
+        return self._in_order(self.delayed(pieces, line, "client") if self.on else pieces, "client")
 
-    def _delayed(self, pieces: list[Piece], to: str) -> list[Piece]:
-        if not self.on or self.spec.choice("to") not in (to, "both"):
-            return pieces
-        later = []
+    def spent(self, when: float) -> bool:
+        """Return whether it is over, and all that it delayed has arrived."""
+        return super().spent(when) and when >= max(self.last.values())
+
+    def delayed(self, pieces: list[Piece], line: Line, to: str) -> list[Piece]:
+        """Return bytes with the times they have through this adapter."""
+        raise NotImplementedError
+
+    def _in_order(self, pieces: list[Piece], to: str) -> list[Piece]:
+        ordered = []
         for piece in pieces:
-            delay = self.spec.number("delay") + self.random.random() * self.spec.number("jitter")
-            self._last[to] = max(self._last[to], piece.when + delay)
-            later.append(Piece(piece.data, self._last[to], piece.servo_id, piece.deaf))
-        return later
+            when = max(self.last[to], piece.when)
+            ordered.append(Piece(piece.data, when, piece.servo_id, piece.deaf))
+            if self.on:
+                self.last[to] = when
+        return ordered
 
 
-class LatencyTimer(StateFault):
+class SlowAdapter(AdapterState):
+    """Everything takes longer, and not always equally long; the order stays."""
+
+    def delayed(self, pieces: list[Piece], _line: Line, to: str) -> list[Piece]:
+        """Return bytes later, by a time that varies."""
+        if self.spec.choice("to") not in (to, "both"):
+            return pieces
+        delay, jitter = self.spec.number("delay"), self.spec.number("jitter")
+        times = [piece.when + delay + self.random.random() * jitter for piece in pieces]
+        return [
+            Piece(piece.data, when, piece.servo_id, piece.deaf)
+            for piece, when in zip(pieces, times, strict=True)
+        ]
+
+
+class LatencyTimer(AdapterState):
     """The adapter keeps bytes until its timer runs out, or until a USB packet is full.
 
-    The timer runs freely from the simulator's start.
+    The timer runs freely from the simulator's start. Bytes that join those of an earlier request in
+    the adapter do not make the packet leave earlier.
     """
 
     stage = ADAPTER + 1
 
-    def __init__(self, spec: FaultSpec, random: Random) -> None:
-        super().__init__(spec, random)
-        self._timeout = 0.0
-        self._waiting = 0  # bytes in the adapter that leave at the time-out
-
-    def outward(self, pieces: list[Piece], line: Line) -> list[Piece]:
+    def delayed(self, pieces: list[Piece], line: Line, to: str) -> list[Piece]:
         """Return the replies' bytes, together as the adapter passes them on."""
-        if not self.on:
+        if to == "servos":
             return pieces
-        passed: dict[float, bytearray] = {}
         byte_time = wire_time(1, line.baud_rate)
+        passed: list[Piece] = []
+        waiting = bytearray()
+        timeout = 0.0
         for piece in pieces:
-            first = piece.when - byte_time * (len(piece.data) - 1)
-            for place, byte in enumerate(piece.data):
-                self._pass_on(passed, byte, first + place * byte_time)
-        return [Piece(bytes(data), when) for when, data in passed.items()]
+            for place, byte in enumerate(piece.data, 1 - len(piece.data)):
+                when = piece.when + place * byte_time
+                if waiting and when > timeout:
+                    passed.append(Piece(bytes(waiting), timeout))
+                    waiting.clear()
+                timeout = self._timeout(when)
+                waiting.append(byte)
+                if len(waiting) == _USB_PACKET and timeout != self.last["client"]:
+                    passed.append(Piece(bytes(waiting), when))
+                    waiting.clear()
+        return [*passed, Piece(bytes(waiting), timeout)] if waiting else passed
 
-    def _pass_on(self, passed: dict[float, bytearray], byte: int, when: float) -> None:
+    def _timeout(self, when: float) -> float:
+        """Return when the timer runs out next, s."""
         latency = self.spec.number("latency")
         ticks = math.ceil((when - self.site.start) / latency - 1.0e-9)
-        timeout = self.site.start + ticks * latency
-        if timeout != self._timeout:
-            self._timeout, self._waiting = timeout, 0
-        passed.setdefault(timeout, bytearray()).append(byte)
-        self._waiting += 1
-        if self._waiting == _USB_PACKET:
-            full = passed.pop(timeout)
-            passed.setdefault(when, bytearray()).extend(full)
-            self._waiting = 0
+        return self.site.start + ticks * latency
 
 
 KINDS = (

@@ -156,3 +156,27 @@ def test_a_full_packet_does_not_wait_for_the_latency_timer() -> None:
     assert [len(data) for _, data in chunks] == [62, 111 - 62]
     assert chunks[0][0] == pytest.approx((14 + 62) * BYTE, abs=2.0e-5)
     assert chunks[1][0] == pytest.approx(0.016, abs=2.0e-5)
+
+
+def test_bytes_of_two_requests_leave_the_adapter_in_order() -> None:
+    bench = FaultBench("latency-timer:latency=0.016")
+    bench.port.write(read_request(0, 50))
+    bench.port.wait_until(0.008)
+    bench.port.write(read_request(0, 60))
+    assert bench.port.read(61 + 71, 0.016) == b"".join(
+        FaultBench().exchange(read_request(0, size)) for size in (50, 60)
+    )
+    assert bench.clock.now() == pytest.approx(0.016)
+
+
+@pytest.mark.parametrize("fault", ["slow-adapter:delay=0.05", "latency-timer:latency=0.05"])
+def test_what_comes_after_a_slow_adapter_does_not_overtake(fault: str) -> None:
+    bench = FaultBench(f"{fault},for=0.01")
+    bench.port.write(PING)
+    bench.port.wait_until(0.011)
+    bench.port.write(read_request(7, 1))
+    stream = bench.port.read(14 + 12, 0.2)
+    assert stream[:14] == PONG
+    assert len(stream) == 26
+    bench.wait(0.1)
+    assert not bench.simulation.faults
