@@ -52,9 +52,9 @@ class Attachments:
         OutputError
             If the file cannot be made.
         """
-        from firmware_sim.control import ControlSocket  # noqa: PLC0415 - not for most
+        from firmware_sim.port_control import PortControl  # noqa: PLC0415 - not for most
 
-        control = ControlSocket(self._simulation, path)
+        control = PortControl(self._simulation, path, self._port)
         self._stack.callback(control.close)
         self.guests.append(control)
 

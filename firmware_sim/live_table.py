@@ -14,6 +14,7 @@ import sys
 from collections.abc import Mapping
 from typing import Any, TextIO
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.live import Live
 from rich.markup import escape
@@ -27,16 +28,16 @@ COLUMNS = (
     ("position", "right"),
     ("goal", "right"),
     ("velocity", "right"),
-    ("current/load", "right"),
+    ("load", "right"),
     ("temp", "right"),
     ("supply", "right"),
     ("errors", "left"),
-    ("packets/s", "right"),
+    ("pkt/s", "right"),
     ("faults", "left"),
 )
 """Headings and sides; a row has one text for each."""
 
-_NARROW = 110
+_NARROW = 100
 """Below this width some columns are left out, characters."""
 
 _LEFT_OUT = frozenset(("temp", "supply", "mode"))
@@ -64,13 +65,19 @@ def draw(document: Mapping[str, Any], width: int) -> Table:
         for place, (name, _) in enumerate(COLUMNS)
         if width >= _NARROW or name not in _LEFT_OUT
     ]
-    table = Table(title=escape(document["title"]), caption=escape(document["note"]) or None)
+    table = Table(
+        title=escape(document["title"]),
+        caption=escape(document["note"]) or None,
+        box=SIMPLE_HEAD,
+        padding=(0, 1 if width >= _NARROW else 0),
+        pad_edge=False,
+    )
     for place in shown:
         name, side = COLUMNS[place]
         table.add_column(
             name,
             justify="right" if side == "right" else "left",
-            no_wrap=True,
+            no_wrap=name not in _RED,  # these may be long, and are cut before others
             style="red" if name in _RED else None,
         )
     for row in document["rows"]:

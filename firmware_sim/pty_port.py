@@ -83,10 +83,20 @@ class PtyPort:
         """Whether there is a port."""
         return self.master >= 0
 
-    def forbid(self, *, on: bool) -> None:
-        """Let nobody open it, or everybody that may by right."""
-        if on == (self._mode is not None) or not self.plugged:
-            return
+    def follow(self, unplugged: bool, forbidden: bool) -> None:
+        """Be there or not, and let nobody open it or everybody that may by right.
+
+        Raises
+        ------
+        LinkTakenError
+            If it is to come back, and its link's path is taken by then.
+        """
+        if unplugged == self.plugged:
+            (self.close if unplugged else self.plug)()
+        if self.plugged and forbidden != (self._mode is not None):
+            self._forbid(on=forbidden)
+
+    def _forbid(self, *, on: bool) -> None:
         if on:
             self._mode = os.fstat(self._slave).st_mode & 0o777
         os.fchmod(self._slave, 0 if on else self._mode or 0)

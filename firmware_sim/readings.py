@@ -60,7 +60,8 @@ class Reader:
         return [str(servo.servo_id), name, self._mode(), torque, *words[1:], self._errors()]
 
     def _words(self, register: Register) -> str:
-        return value_in_words(register, self._servo.memory.value(register.name))
+        words = value_in_words(register, self._servo.memory.value(register.name))
+        return words.removesuffix(" tick")
 
     def _mode(self) -> str:
         memory, table = self._servo.memory, self._servo.model.table.by_name

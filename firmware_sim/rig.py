@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from firmware_sim.control_table import Access, Area
 from firmware_sim.errors import RigError
+from firmware_sim.line import same_rate
 from firmware_sim.model import ServoModel
 from firmware_sim.packet import MAX_ID
 from firmware_sim.tables import find_model
@@ -150,20 +151,23 @@ def _is_number(text: str) -> bool:
 def with_baud_rate(settings: ServoSettings, baud_rate: int) -> ServoSettings:
     """Return the same servo set to another baud rate, bit/s.
 
+    One that its own comes near enough to will do: an AX that is asked for 57600 has 57143.
+
     Raises
     ------
     RigError
         If the model has no such rate.
     """
     codes = {rate: code for code, rate in settings.model.baud_rates.items()}
-    if baud_rate not in codes:
+    nearest = min(codes, key=lambda rate: abs(rate - baud_rate))
+    if not same_rate(nearest, baud_rate):
         known = ", ".join(map(str, sorted(codes)))
         if len(codes) > _RATES_SHOWN:  # most are of no use to anybody
             known = ", ".join(map(str, sorted(codes, reverse=True)[:_RATES_SHOWN])) + ", ..."
         raise RigError(
             f"baud = {baud_rate} is none of {settings.model.name}'s {known}", field="baud"
         )
-    return settings.with_registers({"Baud Rate": codes[baud_rate]})
+    return settings.with_registers({"Baud Rate": codes[nearest]})
 
 
 def with_protocol(settings: ServoSettings, protocol: int) -> ServoSettings:

@@ -208,13 +208,9 @@ class Server:
 
     def _follow_plug(self) -> None:
         """Let the port be there, or not, as the simulation says."""
-        if self._simulation.unplugged == self._port.plugged:
-            if self._port.plugged:
-                self._port.close()
-                self._due.clear()
-            else:
-                self._port.plug()
-        self._port.forbid(on=self._simulation.forbidden)
+        self._port.follow(self._simulation.unplugged, self._simulation.forbidden)
+        if self._due and not self._port.plugged:
+            self._due.clear()
 
     def _do_chores(self) -> None:
         now = self._clock.now()

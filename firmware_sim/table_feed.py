@@ -71,7 +71,8 @@ class TableFeed:
                 servo.servo_id: self._packets(servo.servo_id) for servo, _ in self._readers
             }
             self._rows, self._since = [], now
-            self.next_due = now + PERIOD
+            if self._painter is not None:
+                self.next_due = now + PERIOD
 
     def close(self) -> None:
         """Leave the last table standing and end the process that drew it; may be called twice."""

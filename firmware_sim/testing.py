@@ -4,7 +4,7 @@
 
     with simulated("xm430-w350:1", baud=1_000_000, faults=["crc-error:probability=0.01"]) as arm:
         my_driver = MyDriver(arm.port)
-        arm.inject("unplug:for=2")
+        arm.inject("unplugged:for=2")
 
     port = stepped("xm430-w350:1", "ax-12a:2")      # no process, no real time
     port.exchange(b"...")
@@ -128,8 +128,8 @@ class RunningSimulator(SimulatorProcess):
         self._control = folder / "control"
         self._trace = folder / "trace.txt"
         own = ("--link", self.link, "--control", str(self._control), "--trace", str(self._trace))
-        super().__init__(*arguments, *own)
         self._last_trace = ""
+        super().__init__(*arguments, *own)
 
     def inject(self, fault: str) -> int:
         """Begin a fault, such as ``"crc-error:id=1,for=2"``; return its number.

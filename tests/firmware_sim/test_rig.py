@@ -6,7 +6,8 @@ import pytest
 
 from firmware_sim.arm_search import find_arm
 from firmware_sim.errors import RigError
-from firmware_sim.rig import Mount, Supply, check_ids, parse_servo, with_protocol
+from firmware_sim.line import same_rate
+from firmware_sim.rig import Mount, Supply, check_ids, parse_servo, with_baud_rate, with_protocol
 from firmware_sim.rig_file import SET_UP, read_rig
 from firmware_sim.world import build_world
 
@@ -106,6 +107,23 @@ def test_a_protocol_a_servo_cannot_speak_is_refused(servo: str, protocol: int, s
 def test_a_protocol_a_servo_can_speak_is_spoken(servo: str, protocol: int) -> None:
     settings = with_protocol(parse_servo(servo), protocol)
     assert build_world([settings]).servos[0].protocol == protocol
+
+
+@pytest.mark.parametrize(
+    ("servo", "asked", "has"),
+    [
+        ("ax-12a:1", 57_600, 57_142),
+        ("ax-12a:1", 115_200, 117_647),
+        ("xm430-w350:1", 57_142, 57_600),
+    ],
+)
+def test_a_rate_that_is_near_enough_to_be_understood_will_do(
+    servo: str, asked: int, has: int
+) -> None:
+    settings = with_baud_rate(parse_servo(servo), asked)
+    rate = build_world([settings]).servos[0].baud_rate
+    assert rate == pytest.approx(has, abs=1)
+    assert same_rate(asked, rate)
 
 
 def test_every_servo_begins_in_the_middle_of_its_range() -> None:
