@@ -36,7 +36,8 @@ class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object, **__: object) -> NoReturn:
         from importlib.metadata import version  # noqa: PLC0415 - 50 ms of a start
 
-        parser.exit(0, f"firmware-sim {version('armsyn')}\n")
+        print(f"firmware-sim {version('armsyn')}")
+        parser.exit(0)
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -1,6 +1,7 @@
 """The command ``firmware-sim`` as a process: its port, its link, its end, and bad input."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import serial
 
 from firmware_sim.errors import SimulatorStartError
 from firmware_sim.packet import build_packet
-from firmware_sim.testing import SimulatorProcess, running
+from firmware_sim.testing import SimulatorProcess, running, simulated
 
 COMMAND = [sys.executable, "-m", "firmware_sim"]
 PING = build_packet(1, 0x01)
@@ -30,7 +31,7 @@ def refused(*arguments: str) -> str:
         [*COMMAND, *arguments],
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=60,
         check=False,
         stdin=subprocess.DEVNULL,
     )
@@ -54,7 +55,7 @@ def test_it_says_that_it_is_a_simulation_and_ends_with_standard_input() -> None:
         [*COMMAND, "--servo", "xm430-w350:1", "xl330-m288:2", "--exit-with-stdin"],
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=60,
         check=False,
         stdin=subprocess.DEVNULL,
     )
@@ -120,6 +121,22 @@ def test_another_simulators_link_is_left_alone(tmp_path: Path) -> None:
         (("--servo", "xm430-w350:1", "xl330-m288:1"), "ID 1 is given twice"),
         (("--servo", "xm430-w350:1", "--baud", "12345"), "baud = 12345 is none of"),
         (("--servo", "xl330-m288:1", "--baud", "4500000"), "baud = 4500000 is none of"),
+        (("--servo", "xm430-w351:1"), "did you mean xm430-w350"),
+        (("--servo", "xm430-w350@1000:1"), "is not of the form MODEL:ID"),
+        (("--servo", "ax-12a:3", "--protocol", "2"), "ax-12a:3 speaks Protocol 1.0 only"),
+        (("--servo", "xl-320:3", "--protocol", "1"), "xl-320:3 speaks Protocol 2.0 only"),
+        (("--servo", "xm430-w350:1", "--protocol", "3"), "invalid choice: 3"),
+        (("--servo", "xm430-w350:1", "--plant", "mujoco"), "--rig"),
+        (("--servo", "xm430-w350:1", "--fault", "gremlins"), "no fault 'gremlins'"),
+        (("--servo", "xm430-w350:1", "--fault", "jam:id=7"), "7"),
+        (("--servo", "xm430-w350:1", "--scenario", "none.toml"), "none.toml cannot be read"),
+        (("--servo", "xm430-w350:1", "--fault", "jam", "--seed", "-1"), "seed"),
+        (("--servo", "xm430-w350:1", "--state", "/dev/null/state"), "/dev/null/state cannot be"),
+        (("--servo", "xm430-w350:1", "--trace", "/dev/null/trace"), "/dev/null/trace cannot be"),
+        (("--servo", "xm430-w350:1", "--control", "/dev/null/control"), "/dev/null/control"),
+        (("--inject", "jam"), "need --control"),
+        (("--control", "none", "--status"), "none cannot be read"),
+        (("--control", "none", "--status", "--servo", "xm430-w350:1"), "runs already"),
         (("--servo", "xm430-w350:1", "--return-delay", "255"), "is not 0 to 254"),
         (("--servo", "xm430-w350:1", "--speed", "3"), "unrecognized arguments"),
         (("--rig", "no-such.toml"), "no-such.toml cannot be read"),
@@ -157,6 +174,102 @@ def test_the_clients_baud_rate_counts(client: int) -> None:
         assert answer.startswith(b"\xff\xff\xfd\x00\x01") == (client == 4_000_000)
 
 
+def test_a_refused_start_leaves_no_file_at_all(tmp_path: Path) -> None:
+    """The link is taken: so nothing else may be there either, nor may the state be touched."""
+    taken = tmp_path / "taken"
+    taken.write_text("mine")
+    files = [f"--{name}={tmp_path / name}" for name in ("state", "trace", "control")]
+    refused("--servo", "xm430-w350:1", "--link", str(taken), *files)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["taken"]
+
+
+def test_a_state_file_that_is_none_is_refused_and_left_alone(tmp_path: Path) -> None:
+    state, link = tmp_path / "state.json", tmp_path / "arm"
+    state.write_text("{}")
+    says = refused("--servo", "xm430-w350:1", "--state", str(state), "--link", str(link))
+    assert f"{state} is no state file" in says
+    assert state.read_text() == "{}"
+    assert not os.path.lexists(link)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_before_the_port_is_there_ends_it_cleanly(tmp_path: Path, number: int) -> None:
+    link, state = tmp_path / "arm", tmp_path / "state.json"
+    process = subprocess.Popen(
+        [*COMMAND, "--arm", "human7", "--link", str(link), "--state", str(state)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    status = Path(f"/proc/{process.pid}/status")
+    while not int(re.findall(r"SigCgt:\s*(\w+)", status.read_text())[0], 16) >> 14 & 1:
+        pass  # until SIGTERM is caught; Python itself catches SIGINT from the first
+    process.send_signal(number)
+    _output, errors = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert "Traceback" not in errors
+    assert not os.path.lexists(link)
+
+
+def use_until_it_hangs_up(client: serial.Serial) -> None:
+    while True:
+        client.write(PING)
+        client.read(1)
+
+
+def test_what_is_left_of_an_unplugged_port_comes_back_under_its_link() -> None:
+    with simulated("xm430-w350:1") as arm:
+        with serial.Serial(arm.link, 57_600, timeout=2.0) as client:
+            arm.inject("unplugged:for=0.3")
+            assert not os.path.lexists(arm.link)
+            with pytest.raises(OSError, match="."):
+                use_until_it_hangs_up(client)
+        while arm.status()["unplugged"]:
+            time.sleep(0.01)
+        assert ping(arm.link)[4] == 1
+
+
+@pytest.mark.parametrize(
+    ("servo", "protocol", "request_", "answer"),
+    [
+        ("ax-12a:1", None, "ffff010201fb", "ffff010200fc"),
+        ("mx-28:1", "1", "ffff010201fb", "ffff010200fc"),
+        ("xm430-w350:1", "1", "ffff010201fb", "ffff010200fc"),
+        ("mx-28:1", "2", PING.hex(), "fffffd0001070055001e"),
+    ],
+)
+def test_either_protocol_is_spoken(
+    servo: str, protocol: str | None, request_: str, answer: str
+) -> None:
+    arguments = ("--baud", "1000000", *(("--protocol", protocol) if protocol else ()))
+    with (
+        running(servo, arguments=arguments) as port,
+        serial.Serial(port, 1_000_000, timeout=2.0) as client,
+    ):
+        client.write(bytes.fromhex(request_))
+        assert client.read(len(answer) // 2).hex() == answer
+
+
+def test_the_firmware_asked_for_is_reported() -> None:
+    with running("xm430-w350@42:1") as port:
+        assert ping(port)[11] == 42
+
+
+def test_models_faults_and_version_are_listed() -> None:
+    for option, says in (
+        ("--list-models", "xm430-w350    firmware  45  Protocol 2.0 or 1.0"),
+        ("--list-models", "ax-12a        firmware  24  Protocol 1.0\n"),
+        ("--list-faults", "crc-error [3]:"),
+        ("--version", "firmware-sim "),
+    ):
+        done = subprocess.run(
+            [*COMMAND, option], capture_output=True, text=True, timeout=60, check=True
+        )
+        assert says in done.stdout
+        assert done.stderr == ""
+
+
 def test_a_rate_without_a_name_is_understood() -> None:
     with running("xm430-w350:1", arguments=("--baud", "4500000")) as port:
         assert ping(port, 4_500_000)[4] == 1
@@ -164,7 +277,7 @@ def test_a_rate_without_a_name_is_understood() -> None:
 
 def test_help_says_what_is_not_modelled() -> None:
     done = subprocess.run(
-        [*COMMAND, "--help"], capture_output=True, text=True, timeout=20, check=True
+        [*COMMAND, "--help"], capture_output=True, text=True, timeout=60, check=True
     )
     assert "--servo MODEL[@FIRMWARE]:ID" in done.stdout
     assert "What is not modelled:" in done.stdout
@@ -193,7 +306,7 @@ def test_a_killed_parent_leaves_nothing_behind(tmp_path: Path) -> None:
         f"SimulatorProcess('--servo', 'xm430-w350:1', '--link', {str(link)!r})\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    done = subprocess.run([sys.executable, "-c", program], timeout=20, check=False)
+    done = subprocess.run([sys.executable, "-c", program], timeout=60, check=False)
     assert done.returncode == -signal.SIGKILL
     deadline = time.monotonic() + 10.0
     while os.path.lexists(link):
