@@ -223,7 +223,7 @@ def test_what_is_left_of_an_unplugged_port_comes_back_under_its_link() -> None:
         with serial.Serial(arm.link, 57_600, timeout=2.0) as client:
             arm.inject("unplugged:for=0.3")
             assert not os.path.lexists(arm.link)
-            with pytest.raises(OSError, match="."):
+            with pytest.raises(OSError, match=r"."):
                 use_until_it_hangs_up(client)
         while arm.status()["unplugged"]:
             time.sleep(0.01)
