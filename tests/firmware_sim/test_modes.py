@@ -19,6 +19,19 @@ def test_a_model_takes_its_modes_and_no_others(name: str) -> None:
     assert taken == (ALL - {0, 5} if name in WITHOUT_CURRENT else ALL)
 
 
+@pytest.mark.parametrize(
+    ("name", "modes"), [("mx-28", ALL - {0, 5}), ("mx-64", ALL), ("mx-106", ALL)]
+)
+def test_mx_with_protocol_2_works_as_the_x_series(name: str, modes: set[int]) -> None:
+    solo = Solo(name, protocol=2)
+    taken = {mode for mode in range(20) if solo.write("Operating Mode", mode) == StatusError.NONE}
+    assert taken == modes
+    solo.set(Operating_Mode=3, Torque_Enable=1, Goal_Position=3000)
+    solo.wait(2.0)
+    assert solo.read("Present Position") == pytest.approx(3000, abs=3)
+    assert solo.servo.alert == 0
+
+
 @pytest.mark.parametrize("mode", sorted(ALL))
 def test_a_change_of_mode_resets_gains_profile_and_goals(mode: int) -> None:
     solo = Solo(Operating_Mode=4 if mode == 3 else 3, Current_Limit=700, PWM_Limit=600)
