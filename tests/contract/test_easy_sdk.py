@@ -24,10 +24,12 @@ MODELS = {
     6: "xh540-w150",
     7: "2xl430-w250",
     8: "xd540-t150",
+    9: "mx-28",
+    10: "mx-106",
 }
-NUMBERS = {1: 1120, 2: 1020, 3: 1060, 4: 1200, 5: 1220, 6: 1110, 7: 1090, 8: 1111}
-WITH_CURRENT = (1, 2, 4, 5, 6, 8)
-XL_320 = 9
+NUMBERS = {1: 1120, 2: 1020, 3: 1060, 4: 1200, 5: 1220, 6: 1110, 7: 1090, 8: 1111, 9: 30, 10: 321}
+WITH_CURRENT = (1, 2, 4, 5, 6, 8, 10)
+XL_320 = 200
 WRONG_MODE = DxlError.EASY_SDK_OPERATING_MODE_MISMATCH
 WRONG_TORQUE = DxlError.EASY_SDK_TORQUE_STATUS_MISMATCH
 NOT_SUPPORTED = DxlError.EASY_SDK_FUNCTION_NOT_SUPPORTED
@@ -40,7 +42,7 @@ ledger = Ledger(motors)
 @pytest.fixture(scope="module")
 def port_name() -> Iterator[str]:
     servos = [f"{name}:{servo_id}" for servo_id, name in MODELS.items()]
-    with running(*servos, f"xl-320:{XL_320}", arguments=SET_UP) as name:
+    with running(*servos, f"xl-320:{XL_320}", arguments=(*SET_UP, "--protocol", "2")) as name:
         yield name
 
 
@@ -82,7 +84,7 @@ def wait_for(link: easy.Connector, servo_id: int) -> None:
 
 def test_connector(connector: easy.Connector) -> None:
     recorded = Recorder(connector)
-    found = recorded.createAllMotors(0, 8)
+    found = recorded.createAllMotors(0, 100)
     assert {one.id: one.model_number for one in found} == NUMBERS
     assert [one.model_name for one in found] == [
         f"{name.replace('-', '_')}.model" for name in MODELS.values()
