@@ -23,6 +23,9 @@ LONGEST_DRAIN = 20e-3
 
 _PING_SIZE = 3
 
+_PING_SLOT = 3e-3
+"""Seconds that the vendor's SDK gives each ID to answer a broadcast ping in its turn."""
+
 
 @dataclass
 class BusCounters:
@@ -125,9 +128,8 @@ class Bus(BusPort):
             ID to model number.
         """
         everyone = protocol.MAXIMUM_ID + 1
-        window = everyone * (
-            wire_time(STATUS_OVERHEAD + _PING_SIZE, self.baudrate) + UNKNOWN_RETURN_DELAY
-        )
+        answer = wire_time(STATUS_OVERHEAD + _PING_SIZE, self.baudrate) + UNKNOWN_RETURN_DELAY
+        window = everyone * (answer + _PING_SLOT)
         self._send(protocol.ping(protocol.BROADCAST_ID), _PING_SIZE)
         pending = _Pending(set(range(everyone)), _PING_SIZE)
         self._collect(pending, self.serial_port.now() + window + self.margin)

@@ -19,6 +19,7 @@ from armsyn.motion import Motion
 from firmware_sim.bus import Bus as SimulatedBus
 from firmware_sim.clock import SteppedClock
 from firmware_sim.rig import ServoSettings
+from firmware_sim.servo import Servo
 from firmware_sim.tables import find_model
 from firmware_sim.testing import SteppedPort
 from firmware_sim.world import build_world

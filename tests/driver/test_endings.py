@@ -137,7 +137,8 @@ def test_second_request_holds_at_once(stepped: SteppedArm) -> None:
         session.run(stepped.way(*LARGE))
     with pytest.raises(HardwareFaultError, match="bus watchdog armed"):  # nor another program
         stepped.session()
-    assert goals_after(stepped, 1.0) == goals
+    # at its expiry each watchdog makes the horn's place the goal, which friction holds off the old
+    assert goals_after(stepped, 1.0) == pytest.approx(goals, abs=4)
     assert stepped.value("Bus Watchdog") == EXPIRED
 
 

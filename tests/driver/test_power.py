@@ -95,6 +95,7 @@ def test_a_servo_that_keeps_an_old_goal_is_said(stepped: SteppedArm) -> None:
     expire(stepped)
     facts = read_facts(stepped.bus, stepped.description)
     elbow = stepped.servos[3]
+    elbow.memory.store("Goal Position", facts[3].present_position + 300)
     elbow.memory.store("Max Position Limit", facts[3].present_position - 20)
     with pytest.raises(HardwareFaultError, match=r"servo 4 .* as its Goal Position"):
         release_watchdogs(stepped.bus, facts)

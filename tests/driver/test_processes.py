@@ -123,14 +123,15 @@ def test_two_signals_hold_at_once(port: str) -> None:
         assert said_by(host) == "ABORTED"
         held = [int(tick) for tick in said_by(host).split()]
         assert host.wait() == 0
-    assert registers(port, reg.GOAL_POSITION) == held
+    assert registers(port, reg.GOAL_POSITION) == pytest.approx(held, abs=4)
     # armed until it expires, in the silence since the host ended; then the servo refuses goals
     watchdogs = registers(port, reg.BUS_WATCHDOG)
     assert set(watchdogs) <= {WATCHDOG_UNITS, reg.WATCHDOG_EXPIRED}
     assert registers(port, reg.TORQUE_ENABLE) == [1] * 7
     time.sleep(2.0 * WATCHDOG_SECONDS)  # in silence: any packet would feed the watchdogs
     assert registers(port, reg.BUS_WATCHDOG) == [reg.WATCHDOG_EXPIRED] * 7
-    assert registers(port, reg.GOAL_POSITION) == held
+    # at its expiry each watchdog makes the horn's place the goal, which friction holds off the old
+    assert registers(port, reg.GOAL_POSITION) == pytest.approx(held, abs=4)
     assert max(map(abs, registers(port, reg.PRESENT_VELOCITY))) <= 1
 
 
