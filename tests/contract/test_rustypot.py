@@ -204,7 +204,10 @@ def test_reboots_and_resets(connect: Callable[[str], Any]) -> None:
 
 
 def test_stuffing_both_ways(connect: Callable[[str], Any]) -> None:
-    """A homing offset of -2 before a moving threshold of 253 reads as a header: FF FF FD 00."""
+    """A homing offset of -2 before a moving threshold of 253 reads as a header: FF FF FD 00.
+
+    The client stuffs what it sends; it takes answers with and without stuffing.
+    """
     client = connect("Xl430")
     before = client.read_raw_data(7, 20, 8)
     for offset in (-2, -257):

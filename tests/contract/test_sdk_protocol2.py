@@ -100,6 +100,11 @@ def test_stuffing_both_ways(port: sdk.PortHandler) -> None:
     port.writePort(stuffed)
     ignore_the_answer(port)
     assert handler.readTxRx(port, 2, 20, 8) == (payload, *OK)
+    # The SDK would take an answer without stuffing too, so that it is looked at as it comes.
+    assert handler.readTx(port, 2, 20, 8) == sdk.COMM_SUCCESS
+    until(lambda: port.getBytesAvailable() >= 20)
+    assert b"\xff\xff\xfd\xfd\x00" in port.readPort(20)
+    port.is_using = False  # as the SDK's own reading leaves it
     restore = [0, 0, 0, 0, 2, 13, 0, sdk.INST_WRITE, 20, 0, *before, 0, 0]
     assert handler.txRxPacket(port, restore)[1:] == OK
 
