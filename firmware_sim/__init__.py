@@ -1,31 +1,40 @@
-"""Simulated Dynamixel servos behind a virtual serial port, speaking Protocol 2.0 byte for byte.
+"""Simulated Dynamixel servos behind a virtual serial port, speaking both protocols byte for byte.
 
-``python -m firmware_sim --servo xm430-w350:1`` prints the port and runs until it is stopped; any
+``firmware-sim --servo xm430-w350:1 ax-12a:2`` prints the port and runs until it is stopped; any
 program that talks to Dynamixel servos may open it. `firmware_sim.testing` starts one for a test,
-and has a bus on a stepped clock for tests without real time.
+or puts servos on a stepped clock; `firmware_sim.pytest_plugin` has both as fixtures.
 
-What is simulated: the models in `firmware_sim.tables` with their control tables, and of Protocol
-2.0 ping, read, write, reg write, action, factory reset, reboot, sync read, sync write; error
-numbers, alert bit, status return level, return delay; EEPROM lock, limits, homing offset, reverse
-mode, operating modes 3 (position) and 4 (extended position), velocity- and time-based profiles,
-PID gains, bus watchdog, hardware errors and shutdown; a first-order motor with back-EMF, current
-or load, and temperature; the time that bytes take on the wire.
+What is simulated:
+
+- Protocol 2.0 with ping, read, write, reg write, action, factory reset, reboot, clear, control
+  table backup, sync, bulk, fast sync and fast bulk; Protocol 1.0 with ping, read, write, reg
+  write, action, factory reset, reboot (MX), sync write and bulk read (MX). Servos of both on one
+  wire, with the time that bytes take on it, return delays, and the 1.5 ms gap rule.
+- The models that --list-models names, each with its control table and firmware's layout: X
+  series, MX in both protocols, AX, XL-320. Access, ranges, EEPROM lock, status return level, error
+  numbers and alert, indirect addresses, secondary ID, startup configuration, bus watchdog.
+- Operating modes, profiles by velocity and by time, gains with feed-forward, homing offset,
+  reverse mode, limits; compliance and torque limit of AX and MX; shutdown by overload, heat and
+  supply.
+- Motors with gears, friction, heat and supply; by themselves, or as an arm under gravity (--plant
+  mujoco).
+- Faults, injected from the command line, by a scenario or at run time: see --list-faults.
 
 What is not modelled:
 
-- Protocol 1.0; the instructions clear, control table backup, bulk read and write, fast reads
-  (answered with an instruction error).
-- Operating modes 0, 1, 5 and 16, the slave of a dual joint (drive mode bit 1), startup
-  configuration, secondary ID, other protocol types: refused with a data range error.
-- Indirect addresses: their registers are plain memory. LED, external ports, PWM slope, feed-forward
-  gains, velocity gains and Goal Current are kept, and do nothing.
-- Gravity, inertia that changes with the posture, collisions, static friction, backlash, sensor
-  noise, a supply that sags; overload is never detected by itself.
-- Collisions on the wire: what is sent while an answer is due waits for its end. Two servos with
-  one ID answer one after the other.
+- Models that --list-models does not name. Slaves of a dual joint (drive mode bit 1) and protocols
+  of remote controls (Protocol Type 20 to 22): refused with a data range error.
+- Figures that no data sheet has are chosen: friction, inertia of rotors, thermal resistance, the
+  times after which overload is noticed, how long a reboot takes. Each stands where it is defined.
+- Backlash is none unless a rig file says so. With --plant joints a horn carries nothing but its
+  own inertia and what faults put on it; with mujoco bodies do not collide.
+- Sensor noise, cogging, magnetic saturation, wear; what an external port's pins are wired to.
+- Two masters at once on one port. What a client sends while an answer is due waits for the
+  answer's end, where a real wire has a collision; servos that talk at once do collide.
 - A client whose baud rate no servo has is answered with garbage, where a real line would often be
-  silent. Parity, stop bits and modem lines are ignored.
-- How long an EEPROM write takes, and how many a servo lives through.
+  silent. Parity, stop bits and modem lines are ignored; answers within 0.4 ms may arrive together,
+  as behind an adapter.
+- How long an EEPROM write takes (but for AX), and how many a servo lives through.
 """
 
 from __future__ import annotations

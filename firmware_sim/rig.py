@@ -190,7 +190,7 @@ def with_protocol(settings: ServoSettings, protocol: int) -> ServoSettings:
             field="protocol",
         ) from None
     if speaking.number != model.number:  # an MX has a firmware for each
-        model = speaking
+        model = replace(speaking, motor=model.motor)
     found = replace(settings, model=model)
     register = model.table.by_name.get("Protocol Type")
     if register is not None and register.default != protocol:

@@ -12,6 +12,7 @@
     [[servo]]             # one or more; `rig_table.SERVO_FIELDS` are its fields
     id = 1
     model = "xm430-w350"
+    backlash = 0.25       # degrees; none by default
     registers = { "Min Position Limit" = 1024 }
 
 Other tables are left to whom they concern: an arm's description is a rig file too.

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from firmware_sim.errors import RigError
@@ -32,7 +34,7 @@ _INTEGER_RANGES = {
     "drive_mode": (0, 255),
 }
 
-SERVO_FIELDS = ("model", "joint", "supply_voltage", "registers", *_INTEGER_RANGES)
+SERVO_FIELDS = ("model", "joint", "supply_voltage", "backlash", "registers", *_INTEGER_RANGES)
 """Every field that a ``[[servo]]`` table may have; ``id`` and ``model`` it must have."""
 
 _Table = Mapping[str, Any]
@@ -100,6 +102,9 @@ def _check_fields(table: object) -> _Table:
 def _settings(table: _Table) -> ServoSettings:
     """Return what a table of well-formed fields says."""
     model = find_model(table["model"], table.get("firmware"), table.get("protocol"))
+    backlash = read_number(table, "backlash", 0.0, 10.0, "degrees")
+    if backlash:
+        model = replace(model, motor=replace(model.motor, backlash=math.radians(backlash)))
     settings = ServoSettings(
         model,
         table["id"],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
@@ -21,6 +20,7 @@ from firmware_sim.rig import (
     with_baud_rate,
     with_protocol,
 )
+from firmware_sim.stopping import catch_stops
 
 if TYPE_CHECKING:
     from firmware_sim.attachments import Attachments
@@ -88,8 +88,7 @@ def serve(arguments: argparse.Namespace) -> None:
         If what they ask for is not possible; nothing has been made then.
     """
     rig = choose_rig(arguments)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _leave)
+    catch_stops(_leave)
     with ExitStack() as stack:
         with _explained():
             server, port = _prepare(rig, arguments, stack)

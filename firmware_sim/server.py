@@ -22,6 +22,7 @@ from firmware_sim.bus import Transmission
 from firmware_sim.clock import Clock, RealClock
 from firmware_sim.pty_port import PtyPort
 from firmware_sim.simulation import Simulation, queue
+from firmware_sim.stopping import catch_stops
 
 _HOUSEKEEPING = 0.02
 """How often moving servos are brought up to date while nobody asks, s."""
@@ -99,7 +100,7 @@ class Server:
         self._always = [self._wake_read] if stdin is None else [self._wake_read, stdin]
 
     def run(self, announce: Callable[[], None]) -> None:
-        """Serve until SIGINT, SIGTERM, or the end of the watched standard input.
+        """Serve until SIGINT, SIGTERM, SIGHUP, or the end of the watched standard input.
 
         Parameters
         ----------
@@ -112,8 +113,7 @@ class Server:
             If the port was unplugged for a while, and its link's path is taken by then.
         """
         _sharpen_timer()
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._stop)
+        catch_stops(self._stop)
         signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
         gc.freeze()  # what start-up made need not be looked at again in the middle of an answer
         try:
@@ -159,16 +159,18 @@ class Server:
 
     def _patience(self, now: float, backlog: float) -> float | None:
         """Return how long to sleep, s; None for as long as nothing comes."""
-        simulation = self._simulation
-        wake = now + _HOUSEKEEPING if simulation.moving else float("inf")
+        wake = float("inf")
         if self._due:
             moment, count = self._next_batch(now)
-            wake = min(wake, moment - self._margin(count))
-        elif self._chores:
-            wake = min(wake, *(chore.next_due for chore in self._chores))
+            wake = moment - self._margin(count)
+        else:
+            if self._simulation.moving:
+                wake = now + _HOUSEKEEPING
+            for chore in self._chores:
+                wake = min(wake, chore.next_due)
         if backlog > 0.0:
             wake = min(wake, now + backlog)
-        event = simulation.next_event
+        event = self._simulation.next_event
         if event is not None:
             wake = min(wake, event)
         return None if wake == float("inf") else max(0.0, wake - now)

@@ -63,7 +63,7 @@ def test_it_says_that_it_is_a_simulation_and_ends_with_standard_input() -> None:
     assert done.stderr == "firmware-sim: a simulation, no hardware: xm430-w350:1, xl330-m288:2\n"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_it_cleanly_and_removes_the_link(tmp_path: Path, number: int) -> None:
     link = tmp_path / "arm"
     simulator = SimulatorProcess("--servo", "xm430-w350:1", "--link", str(link))

@@ -1,5 +1,6 @@
 """Which servos a rig file, an arm's description or a command line asks for."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,7 @@ direction = -1
 zero_tick = 1000
 firmware = 44
 protocol = 1
+backlash = 0.25
 registers = { "Min Position Limit" = 1024, "Operating Mode" = 4 }
 """
 
@@ -85,6 +87,7 @@ def test_reads_supply_plant_and_registers(tmp_path: Path) -> None:
     (servo,) = rig.servos
     assert servo.mount == Mount("elbow", -1, 1000)
     assert servo.model.firmware == 44
+    assert servo.model.motor.backlash == pytest.approx(math.radians(0.25))
     assert servo.registers == {"Min Position Limit": 1024, "Operating Mode": 4, "Protocol Type": 1}
     (tmp_path / "arm.xml").write_text("<mujoco/>")
     beside = WIDE.replace('mjcf = "<mujoco/>"', 'file = "arm.xml"')
@@ -156,6 +159,7 @@ def test_an_arms_servos_are_as_its_set_up_leaves_them(tmp_path: Path) -> None:
         (SERVO + "baud = 12345", 1, "baud", "none of xm430-w350's 9600"),
         (SERVO + "drive_mode = 2", 1, "Drive Mode", "Drive Mode = 2 is none that"),
         (SERVO + "rest_tick = 4096", 1, "rest_tick", "0 to 4095"),
+        (SERVO + "backlash = 11", 1, "backlash", "not a number of degrees"),
         (SERVO + "protocol = 3", 1, "protocol", "1 to 2"),
         (SERVO + "firmware = 300", 1, "firmware", "0 to 255"),
         (SERVO + "joint = 3", 1, "joint", "is not a text"),
