@@ -37,7 +37,7 @@ COLUMNS = (
 )
 """Headings and sides; a row has one text for each."""
 
-_NARROW = 100
+_NARROW = 126
 """Below this width some columns are left out, characters."""
 
 _LEFT_OUT = frozenset(("temp", "supply", "mode"))
