@@ -5,6 +5,7 @@ Position(116)", "Profile Acceleration(108)" and "Profile Velocity(112)". Where t
 
 - A goal written while the torque is off stays, so that a stale Goal Position makes the servo move
   at torque-on (seen by users: pollen-robotics/reachy_mini issue 1136).
+- A change of the direction in Drive Mode(10) counts positions within a turn anew.
 - After a boot and a change of mode, Goal Position is where the horn is, and the goal that leads in
   current, velocity and PWM mode is 0, so that nothing turns until one is written. The manual lets
   Goal PWM and Goal Current be their limits after a change of mode; here they are, where they limit.
@@ -69,12 +70,16 @@ class Actuator:
             OperatingMode.VELOCITY: self._lead_velocity,
             OperatingMode.PWM: self._lead_pwm,
         }
+        self._counted = self.frame.direction
+        """The direction in which positions were folded last."""
         self._read_mode()
 
     def boot(self) -> None:
         """Begin with the registers as a boot leaves them: torque off, nothing to be done."""
         self.axis.release()
+        self.frame.update()
         self.frame.fold(self.axis.ticks)
+        self._counted = self.frame.direction
         self.reset_goals()
         self.take_settings()
 
@@ -84,6 +89,13 @@ class Actuator:
         self.frame.update()
         set_gains(self.axis, self._memory, self._units)
         self.take_caps()
+
+    def count_anew(self) -> None:
+        """Fold positions if the direction in which they count has changed."""
+        if self.frame.direction != self._counted:
+            self._counted = self.frame.direction
+            self.frame.fold(self.axis.ticks)
+            self._store_position(self.axis.angle)
 
     def take_caps(self) -> None:
         """Read again what caps duty and current."""

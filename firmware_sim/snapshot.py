@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,9 @@ from firmware_sim.control_table import Access, Area, ControlTable
 
 if TYPE_CHECKING:
     from firmware_sim.servo import Servo
+
+_FARTHEST = 1e7
+"""Largest angle of a horn, rad: positions of 4 bytes end before."""
 
 _FIELDS = {"model", "eeprom", "backup", "angle"}
 
@@ -48,7 +50,7 @@ def put_snapshot(servo: Servo, snapshot: Mapping[str, Any]) -> None:
     _check(table, eeprom, set(_kept(table)), "eeprom")
     if backup is not None:
         _check(table, backup, servo.backed_up.names, "backup")
-    if type(angle) not in (int, float) or not math.isfinite(angle):
+    if type(angle) not in (int, float) or not abs(angle) <= _FARTHEST:
         raise ValueError(f"angle = {angle!r} is not a number of radians")
     for name, value in eeprom.items():
         servo.memory.store(name, value)

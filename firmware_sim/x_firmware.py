@@ -173,6 +173,8 @@ class XFirmware:
         elif area is Area.EEPROM:
             self.actuator.keep_goals_within_limits()
             self.actuator.take_settings()
+            if name == "Drive Mode":
+                self.actuator.count_anew()
             self.health.take_settings()
 
     def _drop_torque(self) -> None:

@@ -137,6 +137,7 @@ def test_a_snapshot_is_json_and_makes_another_servo_this_one() -> None:
         {"angle": "0"},
         {"angle": float("nan")},
         {"angle": True},
+        {"angle": 1e300},
         {"more": 1},
     ],
 )

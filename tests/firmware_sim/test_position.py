@@ -103,11 +103,21 @@ def test_reverse_mode_turns_position_velocity_and_pwm(bench: MakeBench) -> None:
     assert reverse.servos[0].axis.velocity < 0
 
 
+def test_reverse_mode_counts_anew_within_a_turn(bench: MakeBench) -> None:
+    rig = bench(start_tick=1000)
+    rig.write(10, 1)
+    for _ in range(2):
+        assert rig.read(PRESENT, 4) == rig.read(GOAL, 4) == 4096 - 1000
+        rig.ask(1, 0x08)
+        rig.wait(0.2)
+    rig.write(TORQUE, 1)
+    rig.wait(1.0)
+    assert rig.read(PRESENT, 4) == 4096 - 1000
+
+
 def test_reverse_mode_does_not_turn_the_homing_offset(bench: MakeBench) -> None:
     rig = bench()
     rig.write(10, 1)
-    rig.ask(1, 0x08)
-    rig.wait(0.2)
     assert rig.read(PRESENT, 4) == 4096 - 2048
     rig.write(20, 300, 4)
     assert rig.read(PRESENT, 4) == 4096 - 2048 + 300

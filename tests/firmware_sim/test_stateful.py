@@ -48,7 +48,7 @@ class AnyServo(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.solo = Solo()
+        self.solo = Solo(start_tick=1000)
         self.servo = self.solo.servo
         self.plain = PlainServo(TABLE)
         self.look_at_the_horn()
@@ -57,14 +57,18 @@ class AnyServo(RuleBasedStateMachine):
         """Tell the plain servo where its goal was put."""
         self.plain.values["Goal Position"] = self.solo.read("Goal Position")
 
+    def counting(self) -> tuple[int, int]:
+        """What positions start anew from when it changes: mode and direction."""
+        return self.plain.values["Operating Mode"], self.plain.values["Drive Mode"] & 1
+
     def check(self, error: StatusError, register: Register, value: int) -> None:
         """Compare a write's error, and let the plain servo do it too."""
         assert error == self.plain.refuses(register, value), register
         if error:
             return
-        before = self.plain.values["Operating Mode"]
+        before = self.counting()
         self.plain.write(register, value)
-        if self.plain.values["Operating Mode"] != before:
+        if self.counting() != before:
             assert self.solo.read("Goal Position") == self.solo.read("Present Position")
             self.look_at_the_horn()
 
