@@ -13,7 +13,6 @@ from typing import Any
 from firmware_sim.backup import Backup
 from firmware_sim.codes import (
     CLEAR_MULTI_TURN,
-    MAX_ID,
     STARTUP_RAM_RESTORE,
     STARTUP_TORQUE_ON,
     HardwareError,
@@ -21,6 +20,7 @@ from firmware_sim.codes import (
 )
 from firmware_sim.control_table import Area
 from firmware_sim.firmware import make_firmware
+from firmware_sim.identity import IDENTITY_NAMES, Identity
 from firmware_sim.indirect import IndirectMap
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
@@ -35,15 +35,9 @@ __all__ = ["BOOT_TIME", "CLEAR_MULTI_TURN", "Servo"]
 BOOT_TIME = 0.1
 """How long a servo is deaf after a reboot, s. Not published; drivers in use wait 0.1 to 0.5 s."""
 
-_RETURN_DELAY_UNIT = 2.0e-6
 
-_IDENTITY = frozenset(
-    ("ID", "Secondary(Shadow) ID", "Protocol Type", "Baud Rate", "Return Delay Time")
-) | {"Status Return Level"}
-
-
-class Servo:
-    """One simulated servo.
+class Servo(Identity):
+    """One simulated servo; `Identity` has what the protocol needs of its registers.
 
     Parameters
     ----------
@@ -64,18 +58,6 @@ class Servo:
 
     Attributes
     ----------
-    servo_id : int
-        What it is called.
-    secondary_id : int or None
-        A name that it shares with others: it obeys writes to RAM, and never replies.
-    protocol : int
-        1 or 2: what it speaks now.
-    baud_rate : int
-        bit/s.
-    return_delay : float
-        How long it waits before it replies, s.
-    status_return_level : int
-        0 replies to ping only, 1 also to reads, 2 to everything.
     silenced : bool
         Whether it hears nothing and says nothing, as one whose cable has come loose.
     """
@@ -91,11 +73,11 @@ class Servo:
         supply_voltage: float | None = None,
         registers: Mapping[str, int] | None = None,
     ) -> None:
-        self.model = model
-        self.axis = axis
-        self.memory = Memory(model.table)
+        memory = Memory(model.table)
         for name, value in {**(registers or {}), "ID": servo_id}.items():
-            self.memory.store(name, value)
+            memory.store(name, value)
+        super().__init__(model, memory)
+        self.axis = axis
         self.supply_voltage = supply_voltage or model.motor.nominal_voltage
         self.silenced = False
         self.backed_up = Backup(self.memory)
@@ -105,7 +87,7 @@ class Servo:
         self._watchdog = BusWatchdog(self.memory)
         indirect = IndirectMap(self.memory)
         self._reader = Reader(self.memory, self.firmware, indirect)
-        self._own_settings = _IDENTITY.union(indirect.names)
+        self._own_settings = IDENTITY_NAMES.union(indirect.names)
         self._registered: tuple[int, bytes, bool] | None = None
         self._power_on_at = math.inf
         self._boot()
@@ -307,7 +289,7 @@ class Servo:
             self.backed_up.restore_ram()
         self._reader.forget()
         self.firmware.boot()
-        self._take_identity()
+        self.take_identity()
         if startup & STARTUP_TORQUE_ON:
             self.write(self.model.table["Torque Enable"].address, b"\x01")
         self._watchdog.fed_at = self._timeline.now
@@ -318,20 +300,7 @@ class Servo:
 
     def _take_setting(self, name: str) -> None:
         """Look again at what a register says that the servo itself lives by."""
-        if name in _IDENTITY:
-            self._take_identity()
+        if name in IDENTITY_NAMES:
+            self.take_identity()
         else:
             self._reader.forget()
-
-    def _take_identity(self) -> None:
-        """Copy what the protocol needs often out of the registers."""
-        value, known = self.memory.value, self.model.table.by_name
-        self.servo_id = value("ID")
-        self.baud_rate = self.model.baud_rates[value("Baud Rate")]
-        self.return_delay = value("Return Delay Time") * _RETURN_DELAY_UNIT
-        self.status_return_level = value("Status Return Level")
-        self.protocol = value("Protocol Type") if "Protocol Type" in known else self.model.protocol
-        secondary = MAX_ID + 1
-        if "Secondary(Shadow) ID" in known:
-            secondary = value("Secondary(Shadow) ID")
-        self.secondary_id = secondary if secondary <= MAX_ID else None
