@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -84,8 +86,22 @@ def warm_up(rig: Rig, mujoco: bool = False) -> None:
     PlantError
         If `mujoco` is asked for and the rig has no bodies, or MuJoCo is missing.
     """
-    world = _build_world(rig, mujoco, None, 0.0)
-    world.advance(_WARM_UP)
+    with _without_scipy():
+        world = _build_world(rig, mujoco, None, 0.0)
+        world.advance(_WARM_UP)
+
+
+@contextmanager
+def _without_scipy() -> Iterator[None]:
+    """Keep numba from importing SciPy for a BLAS that no physics here uses: 13 MB and 0.2 s."""
+    if "scipy" in sys.modules:
+        yield
+        return
+    sys.modules["scipy"] = None  # type: ignore[assignment]  # so import says "not there"
+    try:
+        yield
+    finally:
+        del sys.modules["scipy"]
 
 
 def _build_world(rig: Rig, mujoco: bool, state: SavedState | None, when: float) -> World:

@@ -11,7 +11,12 @@ from pathlib import Path
 
 from armsyn.errors import PortError, PortLostError
 
-_START_S = 15.0
+_START_S = 60.0
+"""How long to wait for the port, s: the first start on a machine compiles the physics."""
+
+_ANNOUNCEMENTS = ("firmware-sim: compiling", "firmware-sim: a simulation")
+"""How the lines begin that it says when all is well."""
+
 _STOP_S = 5.0
 _LAST_WORDS_S = 1.0
 
@@ -79,7 +84,8 @@ def _ended(process: subprocess.Popen[str]) -> str | None:
         status = process.wait(_LAST_WORDS_S)
     except subprocess.TimeoutExpired:
         return None
-    said = process.stderr.read().strip().splitlines()[1:]  # the first names its servos
+    lines = process.stderr.read().strip().splitlines()
+    said = [line for line in lines if not line.startswith(_ANNOUNCEMENTS)]
     return f"status {status}, {said[-1] if said else 'without a word'}"
 
 
