@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench reaches learn clean
+.PHONY: help demo test lint bench soak fuzz reaches learn clean
 
 help:  ## what there is
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
@@ -26,8 +26,15 @@ lint: $(VENV)/.test  ## style and types
 	$(BIN)/mypy
 
 bench: $(VENV)/.test  ## speed, memory and success rates, side by side in one run
-	@status=0; for bench in rollout bus ik memory; do \
+	@status=0; for bench in rollout bus simulator ik memory; do \
 		echo; $(BIN)/python tests/benchmarks/bench_$$bench.py || status=1; done; exit $$status
+
+soak: $(VENV)/.run  ## a million bus cycles on simulated servos while things go wrong (ten minutes)
+	$(BIN)/python tests/benchmarks/soak.py
+
+MINUTES ?= 30
+fuzz: $(VENV)/.run  ## hostile bytes against simulated servos, for MINUTES=30
+	$(BIN)/python tests/benchmarks/fuzz.py $(MINUTES)
 
 reaches: $(VENV)/.run  ## twenty random targets on the simulated arm, with and without synergy
 	$(BIN)/python tests/benchmarks/random_reaches.py
