@@ -74,7 +74,9 @@ class XFirmware:
 
     @property
     def led(self) -> int:
-        """What the LED shows now: the register, or 1 and 0 in turn after a shutdown."""
+        """What the LED shows: the register, or 1 and 0 in turn after a shutdown; XW540 has none."""
+        if "LED" not in self._memory.table.by_name:
+            return 0
         if self.health.shut_down and self._model.firmware >= _BLINKS_FROM:
             return 1 - int(self._timeline.now / _BLINK_TIME) % 2
         return self._memory.value("LED")

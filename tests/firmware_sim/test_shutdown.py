@@ -197,3 +197,23 @@ def test_a_power_cycle_leaves_no_torque_and_no_answer() -> None:
     assert solo.servo.hears
     assert solo.read("Goal Position") == solo.read("Present Position")
     assert solo.read("Realtime Tick") == pytest.approx(110, abs=1)
+
+
+@pytest.mark.parametrize(("firmware", "blinks"), [(45, True), (41, True), (40, False)])
+def test_the_led_blinks_every_second_after_a_shutdown(firmware: int, blinks: bool) -> None:
+    solo = Solo(firmware=firmware)
+    assert solo.servo.firmware.led == 0
+    solo.set(LED=1)
+    assert solo.servo.firmware.led == 1
+    solo.set(LED=0)
+    solo.servo.raise_hardware_error(HardwareError.OVERLOAD)
+    seen = []
+    for _ in range(8):
+        solo.wait(0.25)
+        seen.append(solo.servo.firmware.led)
+    assert sum(seen) == (4 if blinks else 0)
+    assert solo.read("LED") == 0
+
+
+def test_a_model_without_an_led_shows_none() -> None:
+    assert Solo("xw540-t140").servo.firmware.led == 0
