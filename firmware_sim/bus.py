@@ -9,8 +9,8 @@ wire time after whatever was on the wire before it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from operator import attrgetter
+from typing import NamedTuple
 
 from firmware_sim import protocol1, protocol2
 from firmware_sim.ears import Arrival, Ears
@@ -31,8 +31,7 @@ GAP_TIME_1 = 0.1
 _settings = attrgetter("servo_id", "secondary_id", "baud_rate", "protocol")
 
 
-@dataclass(frozen=True, slots=True)
-class Transmission:
+class Transmission(NamedTuple):
     """Bytes of the servos on their way to the client.
 
     Parameters
@@ -179,11 +178,12 @@ def _schedule(turns: Sequence[Turn], request_end: float, baud_rate: float) -> li
     sent = []
     free = request_end
     for turn in turns:
-        frames = [(max(free, request_end + reply.turn) + reply.delay, reply.data) for reply in turn]
-        if len(frames) == 1:
-            ((start, data),) = frames
-            free = start + wire_time(len(data), baud_rate)
+        if len(turn) == 1:
+            ((data, delay, wait),) = turn
+            free = max(free, request_end + wait) + delay + wire_time(len(data), baud_rate)
         else:
+            starts = [max(free, request_end + reply.turn) + reply.delay for reply in turn]
+            frames = [(start, reply.data) for start, reply in zip(starts, turn, strict=True)]
             free, data = collide(frames, baud_rate)
         sent.append(Transmission(free, data))
     return sent

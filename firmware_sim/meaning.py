@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -26,7 +26,7 @@ def _plain(name: IntEnum) -> str:
     return name.name.lower().replace("_", " ")
 
 
-_SHARES_OF_READS: dict[int, Callable[[bytes], list[ReadShare]]] = {
+_SHARES_OF_READS: dict[int, Callable[[bytes], Sequence[ReadShare]]] = {
     Instruction.SYNC_READ: sync_reads,
     Instruction.FAST_SYNC_READ: sync_reads,
     Instruction.BULK_READ: bulk_reads,
@@ -143,7 +143,7 @@ def _details_1(packet: Packet) -> str:
     return _hex(params)
 
 
-def _reads(shares: list[ReadShare]) -> str:
+def _reads(shares: Sequence[ReadShare]) -> str:
     ranges = {(share.address, share.size) for share in shares}
     if len(ranges) == 1:
         ((address, size),) = ranges

@@ -16,7 +16,8 @@ The other way, from bytes to frames, is in `parser`.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from struct import unpack_from
+from functools import lru_cache
+from struct import Struct
 
 HEADER = b"\xff\xff\xfd\x00"
 STATUS_INSTRUCTION = 0x55
@@ -64,6 +65,14 @@ def _word_table() -> list[int]:
 
 _BYTE_TABLE = _byte_table()
 _WORD_TABLE = _word_table()
+_WORDS = tuple(Struct(f">{count}H").unpack_from for count in range(32))
+"""What takes so many pairs of bytes out of a short piece; for a long one it is made when needed."""
+
+_HEADS_KEPT = 4096
+"""Beginnings of status packets remembered: a bus has few, and a hostile client makes no more."""
+
+_NO_ERROR_FIELD = 0xFF
+"""The one error field that may be part of what is stuffed; no servo has it."""
 
 
 def crc16(data: bytes | bytearray, start: int = 0) -> int:
@@ -82,9 +91,11 @@ def crc16(data: bytes | bytearray, start: int = 0) -> int:
         0 to 65535; start value 0, no final xor (e-Manual, "CRC Calculation").
     """
     size = len(data)
+    count = size >> 1
     table = _WORD_TABLE
     crc = start
-    for word in unpack_from(f">{size >> 1}H", data):
+    words = _WORDS[count] if count < len(_WORDS) else Struct(f">{count}H").unpack_from
+    for word in words(data):
         crc = table[crc ^ word]
     if size & 1:
         crc = (crc << 8) & 0xFFFF ^ _BYTE_TABLE[crc >> 8 ^ data[-1]]
@@ -126,7 +137,19 @@ def build_packet(servo_id: int, instruction: int, params: bytes = b"") -> bytes:
 
 def build_status(servo_id: int, error: int, params: bytes = b"") -> bytes:
     """Return a status packet: an answer of a servo with its error field."""
-    return build_packet(servo_id, STATUS_INSTRUCTION, bytes((error,)) + params)
+    if _STUFFED_MARK in params or error == _NO_ERROR_FIELD:
+        return build_packet(servo_id, STATUS_INSTRUCTION, bytes((error,)) + params)
+    head, crc = _status_head(servo_id, error, len(params))
+    return head + params + crc16(params, crc).to_bytes(2, "little")
+
+
+@lru_cache(_HEADS_KEPT)
+def _status_head(servo_id: int, error: int, size: int) -> tuple[bytes, int]:
+    """Return a status packet up to its error field, and the CRC of that, for data of a size."""
+    length = MIN_LENGTH + 1 + size
+    prefix = (servo_id, length & 0xFF, length >> 8, STATUS_INSTRUCTION, error)
+    head = HEADER + bytes(prefix)
+    return head, crc16(head)
 
 
 def build_fast_status(length: int, parts: Iterable[tuple[int, int, bytes]]) -> bytes:
@@ -150,7 +173,7 @@ def build_fast_status(length: int, parts: Iterable[tuple[int, int, bytes]]) -> b
     pieces = [head]
     crc, tail = crc16(head), b""
     for error, servo_id, data in parts:
-        piece = tail + bytes((error, servo_id)) + data
+        piece = b"%b%c%c%b" % (tail, error, servo_id, data)
         crc = crc16(piece, crc)
         tail = crc.to_bytes(2, "little")
         pieces.append(piece)

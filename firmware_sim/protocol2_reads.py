@@ -73,9 +73,11 @@ def read_in_turn(shares: Iterable[ReadShare], listeners: Listeners) -> list[Turn
     turns: list[Turn] = []
     answered: set[int] = set()
     for servo_id, address, size in shares:
-        servos = [] if servo_id in answered else listeners.hearing(servo_id)
+        servos = () if servo_id in answered else listeners.by_id.get(servo_id, ())
         replies = [
-            reply for servo in servos if (reply := read_reply(servo, address, size)) is not None
+            reply
+            for servo in servos
+            if servo.hears and (reply := read_reply(servo, address, size)) is not None
         ]
         if not replies:
             break
@@ -119,6 +121,10 @@ def _part(servos: Sequence[Servo], share: ReadShare) -> tuple[int, int, bytes]:
     A line is low where anybody pulls it: 1 only where all send 1.
     """
     servo_id, address, size = share
+    if len(servos) == 1:
+        (servo,) = servos
+        error, data = servo.read(address, size)
+        return error | servo.alert, servo_id, data or bytes(size)
     errors, everything = 0xFF, b""
     for servo in servos:
         error, data = servo.read(address, size)

@@ -6,10 +6,15 @@ here raises: a share that is cut off is left out.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 _BULK_HEAD = 5
 """Bytes of ID, address and length in a bulk instruction."""
+
+_READS_KEPT = 64
+"""Requests whose shares are remembered: clients repeat their reads byte for byte."""
 
 
 class ReadShare(NamedTuple):
@@ -46,18 +51,20 @@ class WriteShare(NamedTuple):
     data: bytes
 
 
-def sync_reads(params: bytes) -> list[ReadShare]:
+@lru_cache(_READS_KEPT)
+def sync_reads(params: bytes) -> Sequence[ReadShare]:
     """Return the shares of a (fast) sync read: address, length, IDs."""
     if len(params) < 4:
-        return []
+        return ()
     address, size = _two_numbers(params, 0)
-    return [ReadShare(servo_id, address, size) for servo_id in params[4:]]
+    return tuple(ReadShare(servo_id, address, size) for servo_id in params[4:])
 
 
-def bulk_reads(params: bytes) -> list[ReadShare]:
+@lru_cache(_READS_KEPT)
+def bulk_reads(params: bytes) -> Sequence[ReadShare]:
     """Return the shares of a (fast) bulk read: ID, address, length of each."""
     starts = range(0, len(params) - _BULK_HEAD + 1, _BULK_HEAD)
-    return [ReadShare(params[start], *_two_numbers(params, start + 1)) for start in starts]
+    return tuple(ReadShare(params[start], *_two_numbers(params, start + 1)) for start in starts)
 
 
 def sync_writes(params: bytes) -> list[WriteShare]:

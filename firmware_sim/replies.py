@@ -64,10 +64,12 @@ class Listeners:
         Through a secondary ID the EEPROM is out of reach (e-Manual, X-series pages,
         "Secondary(Shadow) ID(12)").
         """
-        for servo in self.hearing(servo_id):
-            servo.write(address, data)
-        for servo in self.hearing_shadows(servo_id):
-            servo.write(address, data, ram_only=True)
+        for servo in self.by_id.get(servo_id, ()):
+            if servo.hears:
+                servo.write(address, data)
+        if self.shadows:
+            for servo in self.hearing_shadows(servo_id):
+                servo.write(address, data, ram_only=True)
 
 
 def gather(servos: Iterable[Servo]) -> Listeners:

@@ -34,7 +34,7 @@ from firmware_sim.protocol2_shares import (
 from firmware_sim.readable import range_in_words, registers_in_words
 from firmware_sim.servo import Servo
 
-_READS: dict[int, Callable[[bytes], list[ReadShare]]] = {
+_READS: dict[int, Callable[[bytes], Sequence[ReadShare]]] = {
     Instruction.SYNC_READ: sync_reads,
     Instruction.FAST_SYNC_READ: sync_reads,
     Instruction.BULK_READ: bulk_reads,
@@ -72,7 +72,7 @@ class Narrator:
         self._servos = tuple(servos)
         self._start = start
         self._asked: dict[int, ReadShare] = {}
-        self._fast: list[ReadShare] = []
+        self._fast: Sequence[ReadShare] = ()
         self._ping = False
 
     def line(self, when: float, direction: str, words: str, data: bytes = b"") -> str:
@@ -92,7 +92,7 @@ class Narrator:
             name = names(packet.instruction).name.lower().replace("_", " ")
         except ValueError:
             name = f"instruction {packet.instruction:02X}"
-        self._asked, self._fast = {}, []
+        self._asked, self._fast = {}, ()
         self._ping = packet.instruction == Instruction.PING
         about = self._about_2(packet) if heard.protocol == 2 else self._about_1(packet)
         words = self._words(heard.protocol, packet.servo_id, name, about)
@@ -157,9 +157,9 @@ class Narrator:
             return self._writes(sync_writes(bytes((params[0], 0, params[1], 0)) + params[2:]))
         return hex_bytes(params)
 
-    def _reads(self, shares: list[ReadShare], *, fast: bool = False) -> str:
+    def _reads(self, shares: Sequence[ReadShare], *, fast: bool = False) -> str:
         self._asked = {share.servo_id: share for share in shares}
-        self._fast = shares if fast else []
+        self._fast = shares if fast else ()
         ranges = {(share.address, share.size) for share in shares}
         names = [
             range_in_words(self._table(share.servo_id), share.address, share.size)
