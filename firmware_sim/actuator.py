@@ -188,14 +188,16 @@ class Actuator:
         self._memory.store("Goal Position", self.frame.position(angle))
 
     def _lead_position(self) -> None:
-        self.axis.follow(self._profile_to(self._memory.value("Goal Position")))
-
-    def _profile_to(self, goal: int) -> Profile:
         value = self._memory.value
-        axis = self.axis
-        angle = self.frame.angle(goal)
-        velocity, acceleration = value("Profile Velocity"), value("Profile Acceleration")
-        start, speed = axis.reference, axis.reference_velocity
+        angle = self.frame.angle(value("Goal Position"))
+        velocity = value("Profile Velocity")
+        if velocity:
+            self.axis.follow(self._profile(angle, velocity, value("Profile Acceleration")))
+        else:
+            self.axis.step_to(angle)
+
+    def _profile(self, angle: float, velocity: int, acceleration: int) -> Profile:
+        start, speed = self.axis.reference, self.axis.reference_velocity
         if self._time_based:
             return time_profile(
                 start, speed, angle, velocity * _MILLISECOND, acceleration * _MILLISECOND

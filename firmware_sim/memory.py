@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from functools import partial
 
 from firmware_sim.control_table import Area, ControlTable, Register
 
@@ -19,18 +18,23 @@ class Memory:
     ----------
     table : ControlTable
         Which registers there are. All start at their defaults.
+
+    Attributes
+    ----------
+    data : bytearray
+        All bytes, by address; holes read 0.
+    value : callable
+        Returns what the register of a name holds, with its sign.
     """
 
     def __init__(self, table: ControlTable) -> None:
         self.table = table
         self.data = bytearray(table.size)
-        """All bytes, by address; holes read 0."""
+        self._values: dict[str, int] = {}
+        """What `data` holds, by name: numbers are asked for far more often than bytes."""
+        self.value: Callable[[str], int] = self._values.__getitem__
         self._codecs = {
             register.name: (_codec(register), register.address) for register in table.registers
-        }
-        self._readers = {
-            name: partial(codec.unpack_from, self.data, address)
-            for name, (codec, address) in self._codecs.items()
         }
         self.reset(Area.EEPROM)
         self.reset(Area.RAM)
@@ -41,15 +45,11 @@ class Memory:
             if register.area is area:
                 self.store(register.name, register.default)
 
-    def value(self, name: str) -> int:
-        """Return what the register of this name holds, with its sign."""
-        value: int = self._readers[name]()[0]
-        return value
-
     def store(self, name: str, value: int) -> None:
         """Set the register of this name; the value must fit into its bytes."""
         codec, address = self._codecs[name]
         codec.pack_into(self.data, address, value)
+        self._values[name] = value
 
     def filler(self, name: str, measure: Callable[[], int]) -> Callable[[], None]:
         """Return what puts a measured value into the register of this name.
@@ -58,7 +58,7 @@ class Memory:
         """
         codec, address = self._codecs[name]
         register = self.table.by_name[name]
-        data, pack_into = self.data, codec.pack_into
+        data, values, pack_into = self.data, self._values, codec.pack_into
         bits = 8 * register.size
         half = 1 << (bits - 1) if register.signed else 0
 
@@ -67,7 +67,9 @@ class Memory:
             try:
                 pack_into(data, address, value)
             except struct.error:
-                pack_into(data, address, (value + half) % (1 << bits) - half)
+                value = (value + half) % (1 << bits) - half
+                pack_into(data, address, value)
+            values[name] = value
 
         return fill
 

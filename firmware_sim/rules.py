@@ -18,11 +18,10 @@ from firmware_sim.codes import (
     OperatingMode,
     StatusError,
 )
-from firmware_sim.control_table import Register
 from firmware_sim.firmware import Values
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
-from firmware_sim.writing import WriteChecker
+from firmware_sim.writing import Guard, WriteChecker
 
 GOAL_NAMES = frozenset(("Goal PWM", "Goal Current", "Goal Velocity", "Goal Position"))
 
@@ -57,8 +56,7 @@ class Rules:
         self._operating_modes = model.operating_modes
         self._protocols = model.protocols
         self._baud_codes = frozenset(model.baud_rates)
-        self._checker = WriteChecker(memory, self._refuse)
-        self._checks: dict[str, Callable[[int], StatusError]] = {
+        guards: dict[str, Guard] = {
             "Baud Rate": self._refuse_baud_rate,
             "Drive Mode": self._refuse_drive_mode,
             "Operating Mode": self._refuse_operating_mode,
@@ -70,7 +68,8 @@ class Rules:
         }
         for name in model.table.by_name:
             if name.startswith("External Port Data"):
-                self._checks[name] = partial(self._refuse_port, name.replace("Data", "Mode"))
+                guards[name] = partial(self._refuse_port, name.replace("Data", "Mode"))
+        self._checker = WriteChecker(memory, guards)
 
     def check(self, address: int, data: bytes, ram_only: bool) -> tuple[StatusError, Values]:
         """Return why a write is refused, and what it writes; see `Firmware.check_write`."""
@@ -79,10 +78,6 @@ class Rules:
     def forget(self) -> None:
         """Find out anew where indirect addresses aim."""
         self._checker.forget()
-
-    def _refuse(self, register: Register, value: int) -> StatusError:
-        check = self._checks.get(register.name)
-        return check(value) if check is not None else StatusError.NONE
 
     def _refuse_baud_rate(self, value: int) -> StatusError:
         return StatusError.NONE if value in self._baud_codes else StatusError.DATA_RANGE

@@ -166,8 +166,7 @@ class Servo(Identity):
         for register, _value, changed in changes:
             if changed and register.name in self._own_settings:
                 self._take_setting(register.name)
-        deadline = self._watchdog.deadline
-        self._timeline.alarm = min(self._timeline.alarm, deadline)
+        self._timeline.wake_at(self._watchdog.deadline)
         return StatusError.NONE
 
     def register_write(self, address: int, data: bytes, *, ram_only: bool = False) -> StatusError:

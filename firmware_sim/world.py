@@ -81,7 +81,7 @@ class World:
     @property
     def moving(self) -> bool:
         """Whether time must be told to it even without requests."""
-        return any(servo.moving for servo in self.servos)
+        return not self.plant.axes.settled
 
     @property
     def next_event(self) -> float | None:

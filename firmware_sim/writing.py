@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 from firmware_sim.codes import StatusError
 from firmware_sim.control_table import Access, Area, Register
@@ -13,8 +14,36 @@ from firmware_sim.memory import Memory
 _PLANS_KEPT = 256
 """Ranges remembered for a servo: clients use few, and a hostile one must not make this grow."""
 
-Plan = tuple[StatusError, tuple[tuple[Register, slice | tuple[int, ...]], ...]]
-"""Why every write to a range is refused; or its registers, and where in the data each lies."""
+Guard = Callable[[int], StatusError]
+"""Says what there is against a new value that the register's own range allows."""
+
+
+class Part(NamedTuple):
+    """One register of a range that is written.
+
+    Parameters
+    ----------
+    register : Register
+        Which.
+    place : slice or tuple of int
+        Where in the data its bytes are.
+    signed : bool
+        Whether they are two's complement.
+    locked : bool
+        Whether it can be read-only or locked EEPROM.
+    guard : callable or None
+        Its guard, if it has one.
+    """
+
+    register: Register
+    place: slice | tuple[int, ...]
+    signed: bool
+    locked: bool
+    guard: Guard | None
+
+
+Plan = tuple[StatusError, tuple[Part, ...]]
+"""Why every write to a range is refused; or its registers."""
 
 
 class WriteChecker:
@@ -24,13 +53,13 @@ class WriteChecker:
     ----------
     memory : Memory
         The servo's registers.
-    refuse : callable
-        Says what else there is against a register's new value, `StatusError.NONE` if nothing.
+    guards : mapping of str to callable
+        What says more against new values, by the name of the register.
     """
 
-    def __init__(self, memory: Memory, refuse: Callable[[Register, int], StatusError]) -> None:
+    def __init__(self, memory: Memory, guards: Mapping[str, Guard]) -> None:
         self._memory = memory
-        self._refuse = refuse
+        self._guards = guards
         self._indirect = IndirectMap(memory)
         self._plans: dict[int, Plan] = {}
 
@@ -53,10 +82,14 @@ class WriteChecker:
         if error:
             return error, []
         values = []
-        for register, place in parts:
+        for register, place, signed, locked, guard in parts:
             raw = data[place] if isinstance(place, slice) else bytes([data[i] for i in place])
-            value = int.from_bytes(raw, "little", signed=register.minimum < 0)
-            error = self._check_value(register, value, ram_only)
+            value = int.from_bytes(raw, "little", signed=signed)
+            if locked and not self._is_open(register, ram_only):
+                return StatusError.ACCESS, []
+            if not register.minimum <= value <= register.maximum:
+                return StatusError.DATA_RANGE, []
+            error = guard(value) if guard is not None else StatusError.NONE
             if error:
                 return error, []
             values.append((register, value))
@@ -66,14 +99,12 @@ class WriteChecker:
         """Find out anew where indirect addresses aim."""
         self._plans.clear()
 
-    def _check_value(self, register: Register, value: int, ram_only: bool) -> StatusError:
+    def _is_open(self, register: Register, ram_only: bool) -> bool:
+        """Whether a register can be written, and is not locked at present."""
         if register.access is Access.READ:
-            return StatusError.ACCESS
-        if register.area is Area.EEPROM and (ram_only or self._memory.value("Torque Enable")):
-            return StatusError.ACCESS
-        if not register.minimum <= value <= register.maximum:
-            return StatusError.DATA_RANGE
-        return self._refuse(register, value)
+            return False
+        locked = ram_only or self._memory.value("Torque Enable")
+        return not (locked and register.area is Area.EEPROM)
 
     def _plan(self, address: int, size: int) -> Plan:
         places = self._indirect.targets(address, size) if size <= self._memory.table.size else None
@@ -94,7 +125,7 @@ class WriteChecker:
         if span.holes:
             return StatusError.ACCESS, ()
         return StatusError.NONE, tuple(
-            (register, slice(register.address - address, register.end - address))
+            self._part(register, slice(register.address - address, register.end - address))
             for register in span.registers
         )
 
@@ -112,5 +143,9 @@ class WriteChecker:
             bytes_of = range(register.address, register.end)
             if any(place not in given for place in bytes_of):
                 return StatusError.DATA_LENGTH, ()
-            parts.append((register, tuple(given[place] for place in bytes_of)))
+            parts.append(self._part(register, tuple(given[place] for place in bytes_of)))
         return StatusError.NONE, tuple(parts)
+
+    def _part(self, register: Register, place: slice | tuple[int, ...]) -> Part:
+        locked = register.access is Access.READ or register.area is Area.EEPROM
+        return Part(register, place, register.signed, locked, self._guards.get(register.name))

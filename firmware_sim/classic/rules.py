@@ -53,12 +53,10 @@ def check_write(memory: Memory, address: int, data: bytes) -> tuple[StatusError,
 def xl320_checker(memory: Memory) -> WriteChecker:
     """Return what refuses an XL-320's writes, with the errors of protocol 2.0."""
 
-    def refuse(register: Register, value: int) -> StatusError:
-        if register.name == "Goal Position" and not _is_within_limits(memory, value):
-            return StatusError.DATA_LIMIT
-        return StatusError.NONE
+    def refuse(goal: int) -> StatusError:
+        return StatusError.NONE if _is_within_limits(memory, goal) else StatusError.DATA_LIMIT
 
-    return WriteChecker(memory, refuse)
+    return WriteChecker(memory, {"Goal Position": refuse})
 
 
 def _refuse_value(memory: Memory, register: Register, value: int) -> StatusError:

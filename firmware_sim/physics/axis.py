@@ -18,6 +18,8 @@ from firmware_sim.physics.motor_data import MotorData
 from firmware_sim.physics.profile import Profile, ProfileType
 from firmware_sim.physics.sensors import Sensors
 
+_STEP = float(ProfileType.STEP)
+
 
 class Axes:
     """All axes of a simulation.
@@ -124,6 +126,16 @@ class Axis(Sensors):
         if self._row[k.MODE] != k.POSITION:
             self.hold()
         self._lead(profile)
+
+    def step_to(self, angle: float) -> None:
+        """Have an angle, rad, for the trajectory at once: a profile without a way."""
+        row = self._row
+        if row[k.MODE] != k.POSITION:
+            self.hold()
+        row[k.GOAL] = row[k.REFERENCE] = angle
+        row[k.KIND] = _STEP
+        row[k.UNDER_WAY] = row[k.SETTLED] = 0.0
+        row[k.REFERENCE_SPEED] = row[k.REFERENCE_ACCELERATION] = 0.0
 
     def drive_compliance(
         self,
