@@ -124,10 +124,6 @@ class Actuator:
         if self.axis.torque_on:
             self._lead()
 
-    def leads_by(self, goal: str) -> bool:
-        """Whether a new value of this goal is something to go for in the present mode."""
-        return goal == self._leading_goal
-
     def switch_mode(self) -> None:
         """Do what a new Operating Mode(11) does: gains, profile and goals start anew."""
         table = self._memory.table
@@ -178,7 +174,8 @@ class Actuator:
     def _read_mode(self) -> None:
         self._mode = self._memory.value("Operating Mode")
         self.in_position_mode = self._mode in POSITION_MODES
-        self._leading_goal = _LEADING_GOAL.get(self._mode, "Goal Position")
+        self.leading_goal = _LEADING_GOAL.get(self._mode, "Goal Position")
+        """The goal of which a new value is something to go for."""
         self._lead = self._lead_by_mode.get(self._mode, self._lead_position)
         drive_mode = self._memory.value("Drive Mode")
         self._time_based = bool(drive_mode & TIME_BASED_PROFILE)

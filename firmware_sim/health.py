@@ -79,6 +79,7 @@ class Health:
         self._memory = memory
         self._axis = axis
         self._tick = model.units.angle
+        self._slack = ENCODER_SLACK * self._tick
         self._drop_torque = drop_torque
         self._shock_voltage = SHOCK_SHARE * 0.1 * model.table["Min Voltage Limit"].minimum
         self.status = 0
@@ -124,6 +125,8 @@ class Health:
         """Look for causes of errors."""
         axis, now = self._axis, self._timeline.now
         self.next_look = math.inf
+        if not self._since and axis.is_sound(self._hottest, self._low, self._high, self._slack):
+            return
         if axis.temperature > self._hottest:
             self.raise_error(HardwareError.OVERHEATING)
         if axis.saturated_for >= OVERLOAD_TIME and abs(axis.duty) >= OVERLOAD_DUTY:
@@ -133,7 +136,7 @@ class Health:
         self._notice(HardwareError.INPUT_VOLTAGE, low or voltage > self._high, now, VOLTAGE_TIME)
         shocked = low and voltage < self._shock_voltage and axis.torque_on
         self._notice(HardwareError.ELECTRICAL_SHOCK, shocked, now, SHOCK_TIME)
-        lost = abs(axis.angle - axis.ticks * self._tick) > ENCODER_SLACK * self._tick
+        lost = abs(axis.angle - axis.ticks * self._tick) > self._slack
         self._notice(HardwareError.MOTOR_ENCODER, lost, now, ENCODER_TIME)
 
     def _notice(self, error: HardwareError, there: bool, now: float, patience: float) -> None:

@@ -139,11 +139,10 @@ class PacketParser:
         if not self._buffer and chunk in self._known:
             self._offset += len(chunk)
             self.counts.packets += 1
-            servo_id, instruction, params, _end, frame = self._known[chunk]
-            return [Packet(servo_id, instruction, params, self._offset, frame)]
+            return [_seen_again(self._known[chunk], self._offset)]
         self._buffer += chunk
         found: list[Packet | DamagedPacket] = []
-        while self._seek_header():
+        while self._buffer.startswith(HEADER) or self._seek_header():
             total = self._frame_size()
             if total is None:
                 continue
@@ -165,8 +164,6 @@ class PacketParser:
 
     def _seek_header(self) -> bool:
         """Bring a header to the front of the buffer; False when none is whole yet."""
-        if self._buffer.startswith(HEADER):
-            return True
         start = self._buffer.find(HEADER)
         if start >= 0:
             self._drop(start)
@@ -204,13 +201,16 @@ class PacketParser:
         """Remove the whole frame in front; a damaged one only as far as it is surely damaged."""
         frame = bytes(self._buffer[:total])
         end = self._offset + total
-        if crc16(frame[:-CRC_SIZE]) != frame[-2] | frame[-1] << 8:
+        known = self._known.get(frame)
+        if known is None and crc16(frame[:-CRC_SIZE]) != frame[-2] | frame[-1] << 8:
             self.counts.crc_errors += 1
             self._drop(1)
             return DamagedPacket(frame[4], end, frame)
         del self._buffer[:total]
         self._offset = end
         self.counts.packets += 1
+        if known is not None:
+            return _seen_again(known, end)
         body = unstuff(frame[PREFIX_SIZE:-CRC_SIZE])
         packet = Packet(frame[4], body[0], body[1:], end, frame)
         if body[0] in _READS:
@@ -222,3 +222,8 @@ class PacketParser:
         if len(self._known) >= _REMEMBERED:
             self._known.clear()
         self._known[packet.frame] = packet
+
+
+def _seen_again(packet: Packet, end: int) -> Packet:
+    servo_id, instruction, params, _end, frame = packet
+    return Packet(servo_id, instruction, params, end, frame)

@@ -73,12 +73,11 @@ def read_in_turn(shares: Iterable[ReadShare], listeners: Listeners) -> list[Turn
     turns: list[Turn] = []
     answered: set[int] = set()
     for servo_id, address, size in shares:
-        servos = () if servo_id in answered else listeners.by_id.get(servo_id, ())
-        replies = [
-            reply
-            for servo in servos
-            if servo.hears and (reply := read_reply(servo, address, size)) is not None
-        ]
+        replies = []
+        for servo in () if servo_id in answered else listeners.by_id.get(servo_id, ()):
+            reply = read_reply(servo, address, size) if servo.hears else None
+            if reply is not None:
+                replies.append(reply)
         if not replies:
             break
         answered.add(servo_id)

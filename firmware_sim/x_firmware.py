@@ -52,6 +52,8 @@ class XFirmware:
         self._memory = memory
         self._axis = axis
         self._timeline = timeline
+        self.deaf_until = -math.inf
+        """Never deaf but while it boots."""
         self.actuator = Actuator(model, memory, axis, timeline)
         self.health = Health(model, memory, axis, timeline, self._drop_torque)
         self._rules = Rules(model, memory, lambda: self.health.shut_down)
@@ -66,11 +68,6 @@ class XFirmware:
     def error_bits(self) -> int:
         """The error byte of protocol 1.0."""
         return self.health.protocol_1_bits
-
-    @property
-    def deaf_until(self) -> float:
-        """Never deaf but while it boots."""
-        return -math.inf
 
     @property
     def led(self) -> int:
@@ -158,7 +155,7 @@ class XFirmware:
         actuator = self.actuator
         if actuator.torque_on_by_goal and not self._axis.torque_on and not self.health.shut_down:
             actuator.set_torque(on=True)
-        elif actuator.leads_by(name):
+        elif name == actuator.leading_goal:
             actuator.lead()
         if name != "Goal Position":
             actuator.take_caps()
