@@ -9,7 +9,6 @@ wire time after whatever was on the wire before it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from operator import attrgetter
 from typing import NamedTuple
 
 from firmware_sim import protocol1, protocol2
@@ -27,8 +26,6 @@ GAP_TIME = 1.5e-3
 
 GAP_TIME_1 = 0.1
 """The same of protocol 1.0, s (e-Manual, "DYNAMIXEL Protocol 1.0", Byte to Byte Time)."""
-
-_settings = attrgetter("servo_id", "secondary_id", "baud_rate", "protocol")
 
 
 class Transmission(NamedTuple):
@@ -67,7 +64,7 @@ class Bus:
         self._gap_rule = gap_rule
         self._baud_rate = 0.0
         self._listeners = {1: gather(()), 2: gather(())}
-        self._listeners_key: tuple[object, ...] = ()
+        self._listeners_key = (0.0, -1)
 
     @property
     def servos(self) -> tuple[Servo, ...]:
@@ -162,7 +159,7 @@ class Bus:
 
     def _who_hears(self, baud_rate: float) -> dict[int, Listeners]:
         """Return who hears each protocol at a baud rate."""
-        key = (baud_rate, *map(_settings, self.servos))
+        key = (baud_rate, self.world.identities)
         if key != self._listeners_key:
             self._listeners_key = key
             hear = [servo for servo in self.servos if same_rate(baud_rate, servo.baud_rate)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from firmware_sim.codes import MAX_ID
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
+from firmware_sim.timeline import Timeline
 
 _RETURN_DELAY_UNIT = 2.0e-6
 
@@ -30,6 +31,8 @@ class Identity:
         What it is.
     memory : Memory
         Its registers, with their EEPROM values in place.
+    timeline : Timeline
+        Counts changes of identity.
 
     Attributes
     ----------
@@ -47,13 +50,15 @@ class Identity:
         0 replies to ping only, 1 also to reads, 2 to everything.
     """
 
-    def __init__(self, model: ServoModel, memory: Memory) -> None:
+    def __init__(self, model: ServoModel, memory: Memory, timeline: Timeline) -> None:
         self.model = model
         self.memory = memory
+        self._timeline = timeline
         self.take_identity()
 
     def take_identity(self) -> None:
         """Copy what the protocol needs often out of the registers."""
+        self._timeline.identities += 1
         value, known = self.memory.value, self.model.table.by_name
         self.servo_id = value("ID")
         self.baud_rate = self.model.baud_rates[value("Baud Rate")]

@@ -18,7 +18,6 @@ from firmware_sim.codes import (
     OperatingMode,
     StatusError,
 )
-from firmware_sim.firmware import Values
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
 from firmware_sim.writing import Guard, WriteChecker
@@ -47,6 +46,13 @@ class Rules:
         Its registers.
     is_shut_down : callable
         Whether only a reboot can bring the torque back.
+
+    Attributes
+    ----------
+    check : callable
+        `WriteChecker.check`, under these rules.
+    forget : callable
+        `WriteChecker.forget`.
     """
 
     def __init__(self, model: ServoModel, memory: Memory, is_shut_down: Callable[[], bool]) -> None:
@@ -69,15 +75,9 @@ class Rules:
         for name in model.table.by_name:
             if name.startswith("External Port Data"):
                 guards[name] = partial(self._refuse_port, name.replace("Data", "Mode"))
-        self._checker = WriteChecker(memory, guards)
-
-    def check(self, address: int, data: bytes, ram_only: bool) -> tuple[StatusError, Values]:
-        """Return why a write is refused, and what it writes; see `Firmware.check_write`."""
-        return self._checker.check(address, data, ram_only)
-
-    def forget(self) -> None:
-        """Find out anew where indirect addresses aim."""
-        self._checker.forget()
+        checker = WriteChecker(memory, guards)
+        self.check = checker.check
+        self.forget = checker.forget
 
     def _refuse_baud_rate(self, value: int) -> StatusError:
         return StatusError.NONE if value in self._baud_codes else StatusError.DATA_RANGE

@@ -76,14 +76,13 @@ class Servo(Identity):
         memory = Memory(model.table)
         for name, value in {**(registers or {}), "ID": servo_id}.items():
             memory.store(name, value)
-        super().__init__(model, memory)
+        super().__init__(model, memory, timeline)
         self.axis = axis
         self.supply_voltage = supply_voltage or model.motor.nominal_voltage
         self.silenced = False
         self.backed_up = Backup(self.memory)
         self.firmware = make_firmware(model, self.memory, axis, timeline)
         self.firmware.install(self.firmware.angle(start_tick), self.supply_voltage)
-        self._timeline = timeline
         self._watchdog = BusWatchdog(self.memory)
         indirect = IndirectMap(self.memory)
         self._reader = Reader(self.memory, self.firmware, indirect)
@@ -166,7 +165,9 @@ class Servo(Identity):
         for register, _value, changed in changes:
             if changed and register.name in self._own_settings:
                 self._take_setting(register.name)
-        self._timeline.wake_at(self._watchdog.deadline)
+        deadline = self._watchdog.deadline
+        if deadline < self._timeline.alarm:
+            self._timeline.wake_at(deadline)
         return StatusError.NONE
 
     def register_write(self, address: int, data: bytes, *, ram_only: bool = False) -> StatusError:

@@ -244,6 +244,9 @@ def queue(waiting: deque[Transmission], sent: Iterable[Transmission]) -> None:
         More of them. Of two with one due time, the one put in later stands behind.
     """
     for transmission in sent:
+        if not waiting or waiting[-1].due <= transmission.due:
+            waiting.append(transmission)
+            continue
         later = []
         while waiting and waiting[-1].due > transmission.due:
             later.append(waiting.pop())

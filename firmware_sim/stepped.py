@@ -55,8 +55,9 @@ class SteppedPort:
     def in_waiting(self) -> int:
         """How many bytes have arrived by now."""
         self._check_plug()
-        while self._due and self._due[0].due <= self.clock.now():
-            self._arrived += self._due.popleft().data
+        now, due = self.clock.now(), self._due
+        while due and due[0].due <= now:
+            self._arrived += due.popleft().data
         return len(self._arrived)
 
     def read(self, size: int, timeout: float) -> bytes:

@@ -19,13 +19,16 @@ class Timeline:
         The present moment, s.
     alarm : float
         No servo does anything of itself before this time, s; it may have nothing to do then.
+    identities : int
+        How often a servo has taken an ID, a baud rate or a protocol.
     """
 
-    __slots__ = ("alarm", "now")
+    __slots__ = ("alarm", "identities", "now")
 
     def __init__(self, when: float = 0.0) -> None:
         self.now = when
         self.alarm = math.inf
+        self.identities = 0
 
     def wake_at(self, when: float) -> None:
         """Ask to be looked at, at a time in s."""

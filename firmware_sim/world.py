@@ -79,6 +79,11 @@ class World:
         return self._timeline.now
 
     @property
+    def identities(self) -> int:
+        """Another number whenever a servo has taken an ID, a baud rate or a protocol."""
+        return self._timeline.identities
+
+    @property
     def moving(self) -> bool:
         """Whether time must be told to it even without requests."""
         return not self.plant.axes.settled

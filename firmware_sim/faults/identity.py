@@ -69,12 +69,12 @@ class DuplicateId(ServoState):
 def _set_baud_rate(servo: Servo, code: int) -> None:
     """Change a rate behind the firmware's back: in EEPROM, and at once."""
     servo.memory.store("Baud Rate", code)
-    servo.baud_rate = servo.model.baud_rates[code]
+    servo.take_identity()
 
 
 def _set_id(servo: Servo, servo_id: int) -> None:
     servo.memory.store("ID", servo_id)
-    servo.servo_id = servo_id
+    servo.take_identity()
 
 
 KINDS = (

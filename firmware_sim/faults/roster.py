@@ -88,6 +88,8 @@ class Roster:
     @property
     def next_wake(self) -> float | None:
         """When a fault is to be woken next, s."""
+        if not self.faults:
+            return None
         return min((f.wakes for f in self.faults if f.wakes is not None), default=None)
 
     def inject(self, spec: FaultSpec, now: float) -> Fault:
