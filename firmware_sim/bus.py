@@ -51,12 +51,13 @@ class Bus:
     world : World
         The servos. Their IDs need not differ, as on a real bus: those of one ID talk at once.
     gap_rule : bool
-        Whether a silence within a frame makes the servos give it up.
+        Whether a silence within a frame makes the servos give it up. Without it a header within a
+        frame of protocol 2.0 begins a new one: there is no other way out of a LEN that lies.
     """
 
     def __init__(self, world: World, gap_rule: bool = True) -> None:
         self.world = world
-        self.ears = Ears()
+        self.ears = Ears(restart=not gap_rule)
         self.observers: list[Callable[[Heard | Said], None]] = []
         """Called with each frame heard and said."""
         self.wire_free = 0.0

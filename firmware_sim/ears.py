@@ -30,6 +30,11 @@ class Arrival(NamedTuple):
 class Ears:
     """The parsers of both protocols side by side.
 
+    Parameters
+    ----------
+    restart : bool
+        See `PacketParser`.
+
     Notes
     -----
     A servo of protocol 1.0 may believe that a frame of its own begins within one of protocol 2.0,
@@ -37,8 +42,8 @@ class Ears:
     frame of protocol 2.0 that it began in, so that it never takes in the next request.
     """
 
-    def __init__(self) -> None:
-        self.parser = PacketParser()
+    def __init__(self, restart: bool = False) -> None:
+        self.parser = PacketParser(restart=restart)
         self.parser1 = PacketParser1()
 
     def feed(self, chunk: bytes, both: bool) -> list[Arrival]:

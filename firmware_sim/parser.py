@@ -78,7 +78,7 @@ class ParserCounts:
     bad_heads : int
         Headers followed by an ID or a LEN that cannot be.
     cut_short : int
-        Frames in which another header began.
+        Frames in which another header began, where headers restart.
     gaps : int
         Frames given up for a silence in them.
     """
@@ -98,17 +98,25 @@ class PacketParser:
     ----------
     length_cap : int
         A LEN above it is not believed, bytes.
+    restart : bool
+        Whether a header within a frame begins a new one, which no servo does; see the notes.
 
     Notes
     -----
-    Stuffing keeps ``FF FF FD 00`` out of a frame's parameters, so a header inside a frame means
-    that the frame was cut short: the parser starts again there. A LEN that lies therefore never
-    swallows the next request. (Only the CRC field's last byte can complete a header honestly.)
+    A servo that has found a header with a valid ID takes as many bytes as LEN says, then looks at
+    the CRC, and goes on behind them (Processing Order of Reception): a frame that was cut short
+    swallows the beginning of what follows it at once. A silence is the way out: `give_up`.
+
+    Where nobody notices silences, `restart` lets no LEN that lies hold up a bus for ever: stuffing
+    keeps ``FF FF FD 00`` out of a frame's parameters, so that a header inside a frame means that
+    the frame was cut short. (Only the CRC field's last byte can complete a header honestly.) A
+    frame with a wrong CRC is then looked through again from its second byte on.
     """
 
-    def __init__(self, length_cap: int = LENGTH_CAP) -> None:
+    def __init__(self, length_cap: int = LENGTH_CAP, restart: bool = False) -> None:
         self.counts = ParserCounts()
         self._length_cap = length_cap
+        self._restart = restart
         self._buffer = bytearray()
         self._offset = 0  # stream position of the buffer's first byte
         self._known: dict[bytes, Packet] = {}
@@ -186,11 +194,11 @@ class PacketParser:
             self._drop_head()
             return None
         total = PREFIX_SIZE + length
-        restart = buffer.find(HEADER, 1, total - 1)
-        if restart < 0:
+        header = buffer.find(HEADER, 1, total - 1) if self._restart else -1
+        if header < 0:
             return total
         self.counts.cut_short += 1
-        self._drop(restart)
+        self._drop(header)
         return None
 
     def _drop_head(self) -> None:
@@ -198,13 +206,13 @@ class PacketParser:
         self._drop(1)
 
     def _take(self, total: int) -> Packet | DamagedPacket:
-        """Remove the whole frame in front; a damaged one only as far as it is surely damaged."""
+        """Remove the whole frame in front; where headers restart, a damaged one's first byte."""
         frame = bytes(self._buffer[:total])
         end = self._offset + total
         known = self._known.get(frame)
         if known is None and crc16(frame[:-CRC_SIZE]) != frame[-2] | frame[-1] << 8:
             self.counts.crc_errors += 1
-            self._drop(1)
+            self._drop(1 if self._restart else total)
             return DamagedPacket(frame[4], end, frame)
         del self._buffer[:total]
         self._offset = end

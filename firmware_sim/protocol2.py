@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from firmware_sim.codes import StatusError
-from firmware_sim.packet import BROADCAST_ID, STATUS_INSTRUCTION
+from firmware_sim.packet import BROADCAST_ID, PREFIX_SIZE, STATUS_INSTRUCTION
 from firmware_sim.parser import DamagedPacket, Packet
 from firmware_sim.protocol2_reads import broadcast_ping, read_in_turn, read_together, status
 from firmware_sim.protocol2_shares import (
@@ -67,7 +67,12 @@ def execute(packet: Packet, listeners: Listeners, when: float) -> list[Turn]:
 
 
 def refuse_damaged(packet: DamagedPacket, listeners: Listeners) -> list[Turn]:
-    """Answer a frame with a wrong CRC that names one servo with a CRC error."""
+    """Answer a frame with a wrong CRC that names one servo with a CRC error.
+
+    A status packet is another servo's, whatever has become of it: it is ignored.
+    """
+    if packet.frame[PREFIX_SIZE] == STATUS_INSTRUCTION:
+        return []
     answers = [status(servo, StatusError.CRC) for servo in listeners.hearing(packet.servo_id)]
     replies = [reply for reply in answers if reply is not None]
     return [replies] if replies else []

@@ -17,9 +17,9 @@ from firmware_sim.parser import Packet, PacketParser
 
 from .streams import likely
 
-# Instruction and status packets printed in the e-Manual's page on Protocol 2.0. Two are printed
-# there with a CRC that their own bytes contradict: restoring (92 F5) and fast bulk read (20 F2,
-# the one of the fast sync read above it).
+# Instruction and status packets of the e-Manual's page on Protocol 2.0, as printed but for two CRCs
+# that their own bytes contradict, corrected here: the page prints 92 F5 for restoring (9E F5), and
+# for the fast bulk read (DA 2D) the 20 F2 of the fast sync read above it.
 MANUAL_PACKETS = [
     (1, 0x01, "", "FF FF FD 00 01 03 00 01 19 4E"),
     (254, 0x01, "", "FF FF FD 00 FE 03 00 01 31 42"),

@@ -105,7 +105,8 @@ def test_no_frame_of_protocol_2_eats_a_request_of_protocol_1(recipe: bytes, cuts
 @settings(max_examples=600)
 @given(RECIPES, CUTS)
 def test_no_frame_of_protocol_1_eats_a_request_of_protocol_2(recipe: bytes, cuts: bytes) -> None:
-    frames = cook(recipe, frame_1)
+    """But for one that holds a whole header of protocol 2.0, which no servo can know."""
+    frames = [frame for frame in cook(recipe, frame_1) if HEADER not in frame]
     stream = b"".join(frame + PING_2 for frame in frames)
     found = [p.frame for protocol, p in hear(cut(stream, cuts)) if protocol == 2]
     assert found.count(PING_2) == len(frames)
