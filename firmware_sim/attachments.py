@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from firmware_sim.meaning import Heard, Said
+from firmware_sim.observed import Heard, Said
 from firmware_sim.packet import BROADCAST_ID
 from firmware_sim.pty_port import PtyPort
 from firmware_sim.server import Chore, Guest

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from firmware_sim import protocol1, protocol2
 from firmware_sim.ears import Arrival, Ears
 from firmware_sim.line import collide, garble, same_rate, wire_time
-from firmware_sim.meaning import Heard, Said
+from firmware_sim.observed import Heard, Said
 from firmware_sim.parser import DamagedPacket
 from firmware_sim.replies import Listeners, Turn, gather
 from firmware_sim.servo import Servo

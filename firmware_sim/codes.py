@@ -1,12 +1,13 @@
 """The numbers of the protocol and the firmware that have names.
 
-Sources: e-Manual, Protocol 2.0, "Error" and "Clear"; X-series pages, "Hardware Error Status(70)",
-"Operating Mode(11)", "Drive Mode(10)" and "Startup Configuration(60)".
+Sources: e-Manual, Protocol 2.0, "Error" and "Clear"; Protocol 1.0, "Error"; X-series pages,
+"Hardware Error Status(70)", "Operating Mode(11)", "Drive Mode(10)" and "Startup
+Configuration(60)".
 """
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import IntEnum, IntFlag
 
 ALERT = 0x80
 """Bit of a status packet's error field that says: look at Hardware Error Status(70)."""
@@ -60,6 +61,21 @@ class HardwareError(IntEnum):
     MOTOR_ENCODER = 0x08
     ELECTRICAL_SHOCK = 0x10
     OVERLOAD = 0x20
+
+
+class ErrorBit(IntFlag):
+    """Bits of protocol 1.0's error byte, and of Alarm LED(17) and Shutdown(18) of its servos.
+
+    Input voltage, overheating and overload speak of the servo, the others of the instruction.
+    """
+
+    INPUT_VOLTAGE = 0x01
+    ANGLE_LIMIT = 0x02
+    OVERHEATING = 0x04
+    RANGE = 0x08
+    CHECKSUM = 0x10
+    OVERLOAD = 0x20
+    INSTRUCTION = 0x40
 
 
 class OperatingMode(IntEnum):

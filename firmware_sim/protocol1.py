@@ -8,11 +8,12 @@ checksum bit; whoever follows a silent servo in a bulk read stays silent too, as
 
 from __future__ import annotations
 
+from firmware_sim.codes import ErrorBit
 from firmware_sim.packet1 import BROADCAST_ID_1
 from firmware_sim.parser import DamagedPacket, Packet
+from firmware_sim.protocol1_shares import bulk_reads_1, sync_writes_1
 from firmware_sim.protocol1_single import (
     HANDLERS,
-    ErrorBit,
     Instruction1,
     obey,
     obey_as_shadow,
@@ -22,7 +23,7 @@ from firmware_sim.protocol1_single import (
 from firmware_sim.replies import Listeners, Turn
 from firmware_sim.servo import Servo
 
-__all__ = ["ErrorBit", "Instruction1", "execute", "refuse_damaged"]
+__all__ = ["Instruction1", "execute", "refuse_damaged"]
 
 
 def execute(packet: Packet, listeners: Listeners, when: float) -> list[Turn]:
@@ -79,7 +80,8 @@ def _broadcast(
     if instruction == Instruction1.BULK_READ:
         return _bulk_read(params, listeners)
     if instruction == Instruction1.SYNC_WRITE:
-        _sync_write(params, listeners)
+        for servo_id, address, data in sync_writes_1(params):
+            listeners.write(servo_id, address, data)
     elif instruction in _SILENT_BROADCASTS:
         reset = instruction == Instruction1.FACTORY_RESET
         for servo in hearing:
@@ -92,8 +94,7 @@ def _bulk_read(params: bytes, listeners: Listeners) -> list[Turn]:
     """Return the answers of MX servos in the order asked for; of an ID, only the first share's."""
     turns: list[Turn] = []
     answered: set[int] = set()
-    for start in range(1, len(params) - 2, 3):
-        size, servo_id, address = params[start : start + 3]
+    for servo_id, address, size in bulk_reads_1(params):
         servos = [] if servo_id in answered else listeners.hearing(servo_id)
         replies = [
             reply
@@ -106,15 +107,6 @@ def _bulk_read(params: bytes, listeners: Listeners) -> list[Turn]:
         answered.add(servo_id)
         turns.append(replies)
     return turns
-
-
-def _sync_write(params: bytes, listeners: Listeners) -> None:
-    """Write each servo's share; a last share that is too short is left out."""
-    if len(params) < 2 or not params[1]:
-        return
-    address, size = params[0], params[1]
-    for start in range(2, len(params) - size, size + 1):
-        listeners.write(params[start], address, params[start + 1 : start + 1 + size])
 
 
 _SILENT_BROADCASTS = frozenset(HANDLERS) - {Instruction1.PING, Instruction1.READ}

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from enum import IntEnum
 from functools import partial
 
-from firmware_sim.codes import StatusError
+from firmware_sim.codes import ErrorBit, StatusError
 from firmware_sim.model import ServoModel
 from firmware_sim.packet1 import MAX_PARAMS_1, build_packet_1
 from firmware_sim.replies import Reply
@@ -35,15 +35,6 @@ class Instruction1(IntEnum):
     REBOOT = 0x08
     SYNC_WRITE = 0x83
     BULK_READ = 0x92
-
-
-class ErrorBit(IntEnum):
-    """Bits of the error byte that speak of the instruction; `Servo.error_bits` has the others."""
-
-    ANGLE_LIMIT = 0x02
-    RANGE = 0x08
-    CHECKSUM = 0x10
-    INSTRUCTION = 0x40
 
 
 _BITS = {

@@ -6,13 +6,14 @@ Source: e-Manual, "DYNAMIXEL Protocol 2.0", Instruction Details. What one servo 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from firmware_sim.codes import StatusError
 from firmware_sim.packet import BROADCAST_ID, PREFIX_SIZE, STATUS_INSTRUCTION
 from firmware_sim.parser import DamagedPacket, Packet
 from firmware_sim.protocol2_reads import broadcast_ping, read_in_turn, read_together, status
 from firmware_sim.protocol2_shares import (
+    ReadShare,
     WriteShare,
     bulk_reads,
     bulk_writes,
@@ -82,12 +83,13 @@ def _broadcast(
     instruction: int, params: bytes, listeners: Listeners, hearing: list[Servo]
 ) -> list[Turn]:
     """Only ping and the reads of several are answered when all are addressed."""
-    if instruction in _READS_OF_SEVERAL:
-        return _READS_OF_SEVERAL[instruction](params, listeners)
+    if instruction in SHARES_OF_READS:
+        read = read_together if instruction in FAST_READS else read_in_turn
+        return read(SHARES_OF_READS[instruction](params), listeners)
     if instruction == Instruction.PING:
         return broadcast_ping(listeners)
-    if instruction in _WRITES_TO_SEVERAL:
-        for servo_id, address, data in _WRITES_TO_SEVERAL[instruction](params):
+    if instruction in SHARES_OF_WRITES:
+        for servo_id, address, data in SHARES_OF_WRITES[instruction](params):
             listeners.write(servo_id, address, data)
     elif instruction in _SILENT_BROADCASTS:
         reset_all = instruction == Instruction.FACTORY_RESET and params[:1] == b"\xff"
@@ -99,14 +101,19 @@ def _broadcast(
 
 _SILENT_BROADCASTS = frozenset(HANDLERS) - {Instruction.PING, Instruction.READ}
 
-_READS_OF_SEVERAL: dict[int, Callable[[bytes, Listeners], list[Turn]]] = {
-    Instruction.SYNC_READ: lambda params, heard: read_in_turn(sync_reads(params), heard),
-    Instruction.BULK_READ: lambda params, heard: read_in_turn(bulk_reads(params), heard),
-    Instruction.FAST_SYNC_READ: lambda params, heard: read_together(sync_reads(params), heard),
-    Instruction.FAST_BULK_READ: lambda params, heard: read_together(bulk_reads(params), heard),
+SHARES_OF_READS: dict[int, Callable[[bytes], Sequence[ReadShare]]] = {
+    Instruction.SYNC_READ: sync_reads,
+    Instruction.FAST_SYNC_READ: sync_reads,
+    Instruction.BULK_READ: bulk_reads,
+    Instruction.FAST_BULK_READ: bulk_reads,
 }
+"""What reads of several ask of each."""
 
-_WRITES_TO_SEVERAL: dict[int, Callable[[bytes], list[WriteShare]]] = {
+SHARES_OF_WRITES: dict[int, Callable[[bytes], list[WriteShare]]] = {
     Instruction.SYNC_WRITE: sync_writes,
     Instruction.BULK_WRITE: bulk_writes,
 }
+"""What writes to several tell each."""
+
+FAST_READS = frozenset((Instruction.FAST_SYNC_READ, Instruction.FAST_BULK_READ))
+"""Reads that are answered with one packet."""

@@ -15,7 +15,7 @@ from pathlib import Path
 from firmware_sim.bus import GAP_TIME, Bus, Transmission
 from firmware_sim.faults.roster import Strike
 from firmware_sim.faults.spec import FaultSpec
-from firmware_sim.meaning import Heard, Said
+from firmware_sim.observed import Heard, Said
 from firmware_sim.simulation import Simulation
 from firmware_sim.trace_file import TraceFile
 from firmware_sim.trace_text import Narrator

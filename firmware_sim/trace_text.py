@@ -12,40 +12,22 @@ servos said, ``**`` a fault that struck), protocol, ID, instruction, registers, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
 
-from firmware_sim.codes import ALERT, StatusError
+from firmware_sim.codes import ALERT, ErrorBit, StatusError
 from firmware_sim.control_table import ControlTable
-from firmware_sim.meaning import Heard, Said
+from firmware_sim.observed import Heard, Said
 from firmware_sim.packet import BROADCAST_ID, STATUS_INSTRUCTION
 from firmware_sim.parser import DamagedPacket, Packet, PacketParser
 from firmware_sim.parser1 import PacketParser1
-from firmware_sim.protocol1 import ErrorBit, Instruction1
-from firmware_sim.protocol2 import Instruction
-from firmware_sim.protocol2_shares import (
-    ReadShare,
-    WriteShare,
-    bulk_reads,
-    bulk_writes,
-    sync_reads,
-    sync_writes,
-)
+from firmware_sim.protocol1 import Instruction1
+from firmware_sim.protocol1_shares import bulk_reads_1, sync_writes_1
+from firmware_sim.protocol2 import FAST_READS, SHARES_OF_READS, SHARES_OF_WRITES, Instruction
+from firmware_sim.protocol2_shares import ReadShare, WriteShare
 from firmware_sim.readable import range_in_words, registers_in_words
 from firmware_sim.servo import Servo
 
-_READS: dict[int, Callable[[bytes], Sequence[ReadShare]]] = {
-    Instruction.SYNC_READ: sync_reads,
-    Instruction.FAST_SYNC_READ: sync_reads,
-    Instruction.BULK_READ: bulk_reads,
-    Instruction.FAST_BULK_READ: bulk_reads,
-}
-_WRITES: dict[int, Callable[[bytes], list[WriteShare]]] = {
-    Instruction.SYNC_WRITE: sync_writes,
-    Instruction.BULK_WRITE: bulk_writes,
-}
-_FAST = frozenset((Instruction.FAST_SYNC_READ, Instruction.FAST_BULK_READ))
-_HARDWARE_BITS = {0x01: "input voltage", 0x04: "overheating", 0x20: "overload"}
 _BYTES_SHOWN = 400
 _WIDTH = 64
 """Of the words before the bytes, characters, where they are not longer."""
@@ -89,7 +71,7 @@ class Narrator:
             return self.line(heard.when, "->", words, packet.frame)
         names: type[IntEnum] = Instruction if heard.protocol == 2 else Instruction1
         try:
-            name = names(packet.instruction).name.lower().replace("_", " ")
+            name = _plain(names(packet.instruction))
         except ValueError:
             name = f"instruction {packet.instruction:02X}"
         self._asked, self._fast = {}, ()
@@ -106,7 +88,7 @@ class Narrator:
         if not isinstance(packet, Packet) or packet.frame != said.data:
             words = self._words(said.protocol, None, "COLLISION", "servos that talk at once")
         elif said.protocol == 1:
-            about = self._answer(packet.servo_id, packet.params, _errors_1(packet.instruction))
+            about = self._answer(packet.servo_id, packet.params, errors_1(packet.instruction))
             words = self._words(1, packet.servo_id, "status", about)
         elif packet.instruction != STATUS_INSTRUCTION or not packet.params:
             words = self._words(2, packet.servo_id, "no status", "")
@@ -130,10 +112,11 @@ class Narrator:
 
     def _about_2(self, packet: Packet) -> str:
         instruction, params = packet.instruction, packet.params
-        if instruction in _READS:
-            return self._reads(_READS[instruction](params), fast=instruction in _FAST)
-        if instruction in _WRITES:
-            return self._writes(_WRITES[instruction](params))
+        if instruction in SHARES_OF_READS:
+            shares = SHARES_OF_READS[instruction](params)
+            return self._reads(shares, fast=instruction in FAST_READS)
+        if instruction in SHARES_OF_WRITES:
+            return self._writes(SHARES_OF_WRITES[instruction](params))
         if instruction == Instruction.READ and len(params) == 4:
             address, size = (int.from_bytes(params[at : at + 2], "little") for at in (0, 2))
             return self._reads([ReadShare(packet.servo_id, address, size)])
@@ -149,12 +132,9 @@ class Narrator:
         if instruction in (Instruction1.WRITE, Instruction1.REG_WRITE) and len(params) > 1:
             return self._write(packet.servo_id, params[0], params[1:])
         if instruction == Instruction1.BULK_READ:
-            starts = range(1, len(params) - 2, 3)
-            return self._reads(
-                [ReadShare(params[at + 1], params[at + 2], params[at]) for at in starts]
-            )
-        if instruction == Instruction1.SYNC_WRITE and len(params) > 1:
-            return self._writes(sync_writes(bytes((params[0], 0, params[1], 0)) + params[2:]))
+            return self._reads(bulk_reads_1(params))
+        if instruction == Instruction1.SYNC_WRITE:
+            return self._writes(sync_writes_1(params))
         return hex_bytes(params)
 
     def _reads(self, shares: Sequence[ReadShare], *, fast: bool = False) -> str:
@@ -212,12 +192,14 @@ def errors_2(error: int) -> str:
     number = error & ~ALERT
     if number:
         known = number in tuple(StatusError)
-        name = StatusError(number).name.lower().replace("_", " ") if known else f"number {number}"
-        words.append(f"ERROR {name}")
+        words.append(f"ERROR {_plain(StatusError(number)) if known else f'number {number}'}")
     return ", ".join(words)
 
 
-def _errors_1(error: int) -> str:
+def errors_1(error: int) -> str:
     """Return the error byte of Protocol 1.0 in words, empty for none."""
-    names = _HARDWARE_BITS | {bit: bit.name.lower().replace("_", " ") for bit in ErrorBit}
-    return ", ".join(f"ERROR {name}" for bit, name in sorted(names.items()) if error & bit)
+    return ", ".join(f"ERROR {_plain(bit)}" for bit in ErrorBit if error & bit)
+
+
+def _plain(code: IntEnum | ErrorBit) -> str:
+    return str(code.name).lower().replace("_", " ")
