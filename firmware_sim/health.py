@@ -112,6 +112,7 @@ class Health:
         self._low = 0.1 * value("Min Voltage Limit") - 0.05
         self._high = 0.1 * value("Max Voltage Limit") + 0.05
         self._hottest = value("Temperature Limit")
+        self._axis.watch(self._hottest, self._low, self._high, self._slack)
 
     def raise_error(self, error: HardwareError) -> None:
         """Set a bit of Hardware Error Status(70); if Shutdown(63) has it too, drop the torque."""
@@ -125,8 +126,6 @@ class Health:
         """Look for causes of errors."""
         axis, now = self._axis, self._timeline.now
         self.next_look = math.inf
-        if not self._since and axis.is_sound(self._hottest, self._low, self._high, self._slack):
-            return
         if axis.temperature > self._hottest:
             self.raise_error(HardwareError.OVERHEATING)
         if axis.saturated_for >= OVERLOAD_TIME and abs(axis.duty) >= OVERLOAD_DUTY:

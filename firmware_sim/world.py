@@ -72,6 +72,7 @@ class World:
         self._epoch = timeline.now
         self._steps = 0
         self._inspection = INSPECTION_STEPS
+        self._was_sound = False
 
     @property
     def now(self) -> float:
@@ -133,10 +134,16 @@ class World:
         return int((when - self._epoch) / STEP + _ROUNDING)
 
     def _inspect(self) -> None:
-        """Let the servos look for causes of errors, and say when they look next."""
+        """Let the servos look for causes of errors, and say when they look next.
+
+        Where all is sound, and was so before, there is nothing that they could see or forget.
+        """
         self._timeline.now = max(self._timeline.now, self._epoch + self._steps * STEP)
-        for servo in self.servos:
-            servo.inspect()
+        sound = self.plant.axes.sound
+        if not (sound and self._was_sound):
+            for servo in self.servos:
+                servo.inspect()
+        self._was_sound = sound
         interval = INSPECTION_STEPS if self.moving else RESTING_STEPS
         self._inspection = _next_multiple(self._steps, interval)
 

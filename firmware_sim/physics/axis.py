@@ -53,6 +53,11 @@ class Axes:
         """Whether every axis has settled; quicker than asking each."""
         return k.is_quiet(self.state)
 
+    @property
+    def sound(self) -> bool:
+        """Whether every axis is watched, and within what its firmware looks into."""
+        return k.is_sound(self.state)
+
     def column(self, column: int) -> k.FloatArray:
         """Return one of the columns that `kernel` names, of all axes: a view, shape (count,)."""
         return self.state[:, column]
@@ -221,6 +226,22 @@ class Axis(Sensors):
         """Cap the duty (0 to 1) and the current (A; none in modes without current control)."""
         self._row[k.DUTY_CAP], self._row[k.CURRENT_CAP] = duty, current
         self._row[k.SETTLED] = 0.0
+
+    def watch(self, hottest: float, lowest: float, highest: float, slack: float) -> None:
+        """Let `Axes.sound` tell when there is something to look into.
+
+        Parameters
+        ----------
+        hottest : float
+            Temperature to be reached at most, degrees Celsius.
+        lowest, highest : float
+            Voltages to lie between, V.
+        slack : float
+            How far the encoder may be off, rad.
+        """
+        row = self._row
+        row[k.HOTTEST], row[k.ENCODER_SLACK] = hottest, slack
+        row[k.LOWEST_VOLTAGE], row[k.HIGHEST_VOLTAGE] = lowest, highest
 
     def apply_load(self, torque: float) -> None:
         """Load the horn with an external torque against the positive direction, N m."""

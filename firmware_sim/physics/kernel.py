@@ -131,8 +131,13 @@ OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
     FREE_KEPT,
     NEARLY_STANDING,  # rad/s
     SUPPLY,  # which row of `supplies`
+    # ... and what its firmware looks into as soon as it is passed.
+    HOTTEST,  # degrees Celsius
+    LOWEST_VOLTAGE,  # V
+    HIGHEST_VOLTAGE,
+    ENCODER_SLACK,  # rad
     COLUMNS,
-) = range(75)
+) = range(79)
 
 # Columns of `supplies`: resistance of the source, sums over its axes, sag.
 SOURCE_RESISTANCE, _PULL, _CONDUCTANCE, SAG, SUPPLY_COLUMNS = range(5)
@@ -532,6 +537,30 @@ def is_quiet(state: FloatArray) -> bool:
     """
     for i in range(len(state)):
         if not state[i, SETTLED] or state[i, SATURATED_FOR] > 0.0:
+            return False
+    return True
+
+
+@_compiled
+def is_sound(state: FloatArray) -> bool:
+    """Whether no axis needs to be looked into.
+
+    Parameters
+    ----------
+    state : ndarray of float, shape (axes, COLUMNS)
+        All axes.
+
+    Returns
+    -------
+    bool
+        False where something is beyond what is watched, or at full effort on a horn that nearly
+        stands; and for an axis of which nothing is watched.
+    """
+    for i in range(len(state)):
+        x = state[i]
+        hot = x[TEMPERATURE] > x[HOTTEST] or x[SATURATED_FOR] > 0.0
+        fed = x[LOWEST_VOLTAGE] <= x[VOLTAGE] <= x[HIGHEST_VOLTAGE]
+        if hot or not fed or abs(x[ANGLE] - _measured_angle(x)) > x[ENCODER_SLACK]:
             return False
     return True
 

@@ -100,31 +100,6 @@ class Sensors:
         """
         return self._row[k.SETTLED] != 0.0 and self._row[k.SATURATED_FOR] == 0.0
 
-    def is_sound(self, hottest: float, lowest: float, highest: float, slack: float) -> bool:
-        """Whether there is nothing to look into, found out at once since it is asked so often.
-
-        Parameters
-        ----------
-        hottest : float
-            Temperature to be reached at most, degrees Celsius.
-        lowest, highest : float
-            Voltages to lie between, V.
-        slack : float
-            How far the encoder may be off, rad.
-
-        Returns
-        -------
-        bool
-            False also at full effort on a horn that nearly stands.
-        """
-        row = self._row
-        return (
-            row[k.SATURATED_FOR] == 0.0
-            and row[k.TEMPERATURE] <= hottest
-            and lowest <= row[k.VOLTAGE] <= highest
-            and abs(row[k.ANGLE] - row[k.TICKS] * row[k.ENCODER_STEP]) <= slack
-        )
-
     @property
     def torque_on(self) -> bool:
         """Whether the motor is driven."""
