@@ -1,13 +1,10 @@
 """XD430-T210: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xd430-t210 (repository at a75ff4a),
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xd430-t210 (repository at 036d44f),
 "Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
 the SDK's ``xd430_t210.model``. Motor: the same page, "Specifications", at 12.0 V.
 
-Model number: the SDK's ``dynamixel.model``; that state of the page has 1010, the XH430-W210's.
-
-The range of Drive Mode is that of its section, "Drive Mode(10)", with bit 3 of firmware 45; the
-page's table stops at 5.
+Older states of the page have 1010 as model number, the XH430-W210's.
 """
 
 from __future__ import annotations

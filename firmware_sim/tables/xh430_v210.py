@@ -1,11 +1,8 @@
 """XH430-V210: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xh430-v210 (repository at 1cf2abe),
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xh430-v210 (repository at 0bfde4c),
 "Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
 the SDK's ``xh430_v210.model``. Motor: the same page, "Specifications", at 24.0 V.
-
-Startup Configuration(60), Backup Ready(147) and the range of Drive Mode are not in that state of
-the page: they are those of its sections with these names, which all X430 and X540 pages share.
 """
 
 from __future__ import annotations

@@ -1,11 +1,14 @@
 """XH430-V350: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xh430-v350 (repository at 1cf2abe),
+Rows, access, initial values and ranges: e-Manual, docs/kr/dxl/x/xh430-v350 (repository at 01ba971),
 "Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
 the SDK's ``xh430_v350.model``. Motor: the same page, "Specifications", at 24.0 V.
 
-Startup Configuration(60), Backup Ready(147) and the range of Drive Mode are not in that state of
-the page: they are those of its sections with these names, which all X430 and X540 pages share.
+It is the Korean page: the English one, in the states that could be read, lacks Startup
+Configuration(60) and Backup Ready(147).
+
+The range of Drive Mode is that of its section, "Drive Mode(10)", with bit 3 of firmware 45; the
+page's table stops at 5.
 """
 
 from __future__ import annotations

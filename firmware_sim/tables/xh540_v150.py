@@ -1,14 +1,12 @@
 """XH540-V150: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xh540-v150 (repository at 1cf2abe),
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xh540-v150 (repository at 0bfde4c),
 "Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
 the SDK's ``xh540_v150.model``. Motor: the same page, "Specifications", at 24.0 V.
 
-Startup Configuration(60), Backup Ready(147) and the range of Drive Mode are not in that state of
-the page: they are those of its sections with these names, which all X430 and X540 pages share.
-
-Drive Mode's bit 1 (slave of a dual joint) is in its range and refused: it is not modelled. The
-external ports' registers exist and do nothing.
+Drive Mode's bit 1 (slave of a dual joint) is in its range and refused: it is not modelled. Nothing
+is attached to the external ports: an input reads what pulls it up or down, an output what it is set
+to.
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ _TABLE = ControlTable(
         row(32, 2, "Max Voltage Limit", "RW", 300, (110, 300), "0.1 V"),
         row(34, 2, "Min Voltage Limit", "RW", 110, (110, 300), "0.1 V"),
         row(36, 2, "PWM Limit", "RW", 885, (0, 885), "0.113 %"),
-        row(38, 2, "Current Limit", "RW", 2047, (0, 2047), "2.69 mA"),
+        row(38, 2, "Current Limit", "RW", 1188, (0, 1188), "2.69 mA"),
         row(44, 4, "Velocity Limit", "RW", 230, (0, 1023), "0.229 rev/min"),
         row(48, 4, "Max Position Limit", "RW", 4095, (0, 4095), "tick"),
         row(52, 4, "Min Position Limit", "RW", 0, (0, 4095), "tick"),
@@ -58,7 +56,7 @@ _TABLE = ControlTable(
         row(90, 2, "Feedforward 1st Gain", "RW", 0, (0, 16_383)),
         row(98, 1, "Bus Watchdog", "RW", 0, (0, 127), "20 ms"),
         row(100, 2, "Goal PWM", "RW", 885, (-885, 885), "0.113 %"),
-        row(102, 2, "Goal Current", "RW", 2047, (-2047, 2047), "2.69 mA"),
+        row(102, 2, "Goal Current", "RW", 1188, (-1188, 1188), "2.69 mA"),
         row(104, 4, "Goal Velocity", "RW", 230, (-1023, 1023), "0.229 rev/min"),
         row(108, 4, "Profile Acceleration", "RW", 0, (0, 32_767), "214.577 rev/min^2 or ms"),
         row(112, 4, "Profile Velocity", "RW", 0, (0, 32_767), "0.229 rev/min or ms"),

@@ -1,6 +1,6 @@
 """XL330-M077: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xl330-m077 (repository at 296754a),
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xl330-m077 (repository at 01ba971),
 "Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
 the SDK's ``xl330_m077.model``. Motor: the same page, "Specifications", at 5.0 V.
 
@@ -13,9 +13,7 @@ Protocol Type also names three protocols of remote controls (20 to 22).
 By the page's figures the motor gives 1.17 times the power it takes (stall torque and no-load speed
 against volts and amperes): friction cannot be told from them.
 
-That state of the page lacks Startup Configuration(60) and Backup Ready(147): they are those of its
-sections with these names, which all X330 pages share. Drive Mode ends at 5 in its table: bit 3 came
-with firmware 46.
+Drive Mode ends at 5 in the page's table: bit 3 came with firmware 46.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """XM430-W350: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xm430-w350 (repository at 1cf2abe),
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xm430-w350 (repository at 0ac03bc),
 "Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
 the SDK's ``xm430_w350.model``. Motor: the same page, "Specifications", at 12.0 V.
 
-Startup Configuration(60), Backup Ready(147) and the range of Drive Mode are not in that state of
-the page: they are those of its sections with these names, which all X430 and X540 pages share.
+The range of Drive Mode is that of its section, "Drive Mode(10)", with bit 3 of firmware 45; the
+page's table stops at 5.
 
 Velocity Limit was 350 before firmware 42, in older states of the page.
 """

@@ -1,14 +1,15 @@
 """XM540-W150: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xm540-w150 (repository at 7d10ace),
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xm540-w150 (repository at b0f9fcc),
 "Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
 the SDK's ``xm540_w150.model``. Motor: the same page, "Specifications", at 12.0 V.
 
-Startup Configuration(60), Backup Ready(147) and the range of Drive Mode are not in that state of
-the page: they are those of its sections with these names, which all X430 and X540 pages share.
+The range of Drive Mode is that of its section, "Drive Mode(10)", with bit 3 of firmware 45; the
+page's table stops at 5.
 
-Drive Mode's bit 1 (slave of a dual joint) is in its range and refused: it is not modelled. The
-external ports' registers exist and do nothing.
+Drive Mode's bit 1 (slave of a dual joint) is in its range and refused: it is not modelled. Nothing
+is attached to the external ports: an input reads what pulls it up or down, an output what it is set
+to.
 """
 
 from __future__ import annotations

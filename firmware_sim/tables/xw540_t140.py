@@ -1,11 +1,11 @@
 """XW540-T140: its control table and motor.
 
-Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xw540-t140 (repository at c94f06c),
+Rows, access, initial values and ranges: e-Manual, docs/en/dxl/x/xw540-t140 (repository at 028a13d),
 "Control Table of EEPROM Area" and "Control Table of RAM Area"; addresses, sizes and names also in
 the SDK's ``xw540_t140.model``. Motor: the same page, "Specifications", at 12.0 V.
 
-Startup Configuration(60), Backup Ready(147) and the range of Drive Mode are not in that state of
-the page: they are those of its sections with these names, which all X430 and X540 pages share.
+The range of Drive Mode is that of its section, "Drive Mode(10)", with bit 3 of firmware 45; the
+page's table stops at 5.
 
 It has no LED.
 """

@@ -1,8 +1,9 @@
 """The simulator's control tables against those that two others have written down.
 
 Oracles: the ``.model`` files that dynamixel-sdk installs, and rustypot's register lists. Access,
-defaults and ranges are in neither: two figures of one e-Manual page are held against each other.
-The older servos' tables have a file of their own, ``test_classic_tables``.
+defaults and ranges are in neither: those of the e-Manual's pages are in ``test_manual_tables``, and
+here figures of one page are held against each other. The older servos' tables have a file of their
+own, ``test_classic_tables``.
 """
 
 import math
@@ -37,7 +38,6 @@ SPELLINGS = {"BUS Watchdog": "Bus Watchdog"}
 
 # Model numbers: e-Manual's page, SDK's dynamixel.model (None: it has none); the tables' comes last.
 NUMBERS_IN_DISPUTE = {
-    "xd430-t210": (1010, 1011, 1011),
     "xd430-t350": (1000, 1001, 1001),
     "xw430-t200": (1280, None, 1280),
 }
