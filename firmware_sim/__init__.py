@@ -24,6 +24,8 @@ What is not modelled:
 
 - Models that --list-models does not name. Slaves of a dual joint (drive mode bit 1) and protocols
   of remote controls (Protocol Type 20 to 22): refused with a data range error.
+- That the two axles of a 2XL430 or 2XC430 are one case. Each is a servo by itself here; in a real
+  one they share Baud Rate and Protocol Type, and torque on either locks the EEPROM of both.
 - Figures that no data sheet has are chosen: friction, inertia of rotors, thermal resistance, the
   times after which overload is noticed, how long a reboot takes. Each stands where it is defined.
 - Backlash is none unless a rig file says so. With --plant joints a horn carries nothing but its
