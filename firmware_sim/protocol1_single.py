@@ -8,10 +8,9 @@ instruction bit.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from enum import IntEnum
-from functools import partial
 
+from firmware_sim.answering import Dialect, Handler
 from firmware_sim.codes import ErrorBit, StatusError
 from firmware_sim.model import ServoModel
 from firmware_sim.packet1 import MAX_PARAMS_1, build_packet_1
@@ -49,19 +48,16 @@ _BITS = {
 }
 
 
+def _confirmation(servo: Servo, servo_id: int, error: StatusError) -> bytes:
+    return build_packet_1(servo_id, _BITS[error] | servo.error_bits)
+
+
+_DIALECT = Dialect(1, StatusError.INSTRUCTION, _confirmation)
+
+
 def obey(servo: Servo, instruction: int, params: bytes) -> Reply | None:
     """Let a servo do what it was asked by its ID, and return its answer."""
     return HANDLERS.get(instruction, _unknown)(servo, params)
-
-
-def obey_as_shadow(servo: Servo, instruction: int, params: bytes) -> None:
-    """Do what was asked of a secondary ID, without a word."""
-    if instruction == Instruction1.ACTION:
-        servo.act()
-    elif instruction == Instruction1.WRITE:
-        _with_params(partial(servo.write, ram_only=True), params)
-    elif instruction == Instruction1.REG_WRITE:
-        _with_params(partial(servo.register_write, ram_only=True), params)
 
 
 def reboots(model: ServoModel) -> bool:
@@ -78,6 +74,14 @@ def status(servo: Servo, bits: int, params: bytes = b"", level: int = 2) -> Repl
     return Reply(frame, servo.return_delay)
 
 
+def read_reply_1(servo: Servo, address: int, size: int) -> Reply | None:
+    """Return the answer to a read; an error comes without data."""
+    if size > MAX_PARAMS_1:
+        return status(servo, ErrorBit.RANGE, level=1)
+    error, data = servo.read(address, size)
+    return status(servo, _BITS[error], data, level=1)
+
+
 def _unknown(servo: Servo, _params: bytes) -> Reply | None:
     return status(servo, ErrorBit.INSTRUCTION)
 
@@ -89,23 +93,7 @@ def _ping(servo: Servo, _params: bytes) -> Reply | None:
 def _read(servo: Servo, params: bytes) -> Reply | None:
     if len(params) != 2:
         return status(servo, ErrorBit.INSTRUCTION, level=1)
-    address, size = params
-    if size > MAX_PARAMS_1:
-        return status(servo, ErrorBit.RANGE, level=1)
-    error, data = servo.read(address, size)
-    return status(servo, _BITS[error], data, level=1)
-
-
-def _write(servo: Servo, params: bytes) -> Reply | None:
-    return _confirm(servo, lambda: _with_params(servo.write, params))
-
-
-def _reg_write(servo: Servo, params: bytes) -> Reply | None:
-    return _confirm(servo, lambda: _with_params(servo.register_write, params))
-
-
-def _action(servo: Servo, _params: bytes) -> Reply | None:
-    return _confirm(servo, servo.act)
+    return read_reply_1(servo, *params)
 
 
 def _factory_reset(servo: Servo, _params: bytes) -> Reply | None:
@@ -122,25 +110,20 @@ def _reboot(servo: Servo, params: bytes) -> Reply | None:
     return reply
 
 
-def _confirm(servo: Servo, act: Callable[[], StatusError]) -> Reply | None:
-    """Act and say how it went, as the servo was set before: a new ID counts from then on."""
-    servo_id, delay = servo.servo_id, servo.return_delay
-    silent = servo.status_return_level < 2
-    bits = _BITS[act()] | servo.error_bits
-    return None if silent else Reply(build_packet_1(servo_id, bits), delay)
-
-
-def _with_params(write: Callable[[int, bytes], StatusError], params: bytes) -> StatusError:
-    return write(params[0], params[1:]) if len(params) > 1 else StatusError.INSTRUCTION
-
-
-HANDLERS: dict[int, Callable[[Servo, bytes], Reply | None]] = {
+HANDLERS: dict[int, Handler] = {
     Instruction1.PING: _ping,
     Instruction1.READ: _read,
-    Instruction1.WRITE: _write,
-    Instruction1.REG_WRITE: _reg_write,
-    Instruction1.ACTION: _action,
+    Instruction1.WRITE: _DIALECT.write,
+    Instruction1.REG_WRITE: _DIALECT.reg_write,
+    Instruction1.ACTION: _DIALECT.action,
     Instruction1.FACTORY_RESET: _factory_reset,
     Instruction1.REBOOT: _reboot,
 }
 """What instructions to one servo do."""
+
+SHADOW_HANDLERS: dict[int, Handler] = {
+    Instruction1.WRITE: _DIALECT.write_as_shadow,
+    Instruction1.REG_WRITE: _DIALECT.reg_write_as_shadow,
+    Instruction1.ACTION: _DIALECT.action,
+}
+"""What instructions to a secondary ID do; whatever they return is not said."""

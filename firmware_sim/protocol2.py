@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from firmware_sim.answering import ask, awake, in_turn, refuse
 from firmware_sim.codes import StatusError
 from firmware_sim.packet import BROADCAST_ID, PREFIX_SIZE, STATUS_INSTRUCTION
 from firmware_sim.parser import DamagedPacket, Packet
-from firmware_sim.protocol2_reads import broadcast_ping, read_in_turn, read_together, status
+from firmware_sim.protocol2_reads import broadcast_ping, read_reply, read_together, status
 from firmware_sim.protocol2_shares import (
     ReadShare,
     WriteShare,
@@ -20,7 +21,7 @@ from firmware_sim.protocol2_shares import (
     sync_reads,
     sync_writes,
 )
-from firmware_sim.protocol2_single import HANDLERS, Instruction, obey, obey_as_shadow
+from firmware_sim.protocol2_single import HANDLERS, SHADOW_HANDLERS, Instruction, obey
 from firmware_sim.replies import Listeners, Turn
 from firmware_sim.servo import Servo
 
@@ -47,24 +48,11 @@ def execute(packet: Packet, listeners: Listeners, when: float) -> list[Turn]:
     list of Turn
         In the order in which they follow each other on the wire.
     """
-    servo_id, instruction, params = packet[:3]
-    if instruction == STATUS_INSTRUCTION:
+    if packet.instruction == STATUS_INSTRUCTION:
         return []
-    if servo_id == BROADCAST_ID:
-        hearing = [servo for servo in listeners.everyone if servo.hears]
-        for servo in hearing:
-            servo.feed(when)
-        return _broadcast(instruction, params, listeners, hearing)
-    replies = []
-    for servo in listeners.hearing(servo_id):
-        servo.feed(when)
-        reply = obey(servo, instruction, params)
-        if reply is not None:
-            replies.append(reply)
-    for servo in listeners.hearing_shadows(servo_id):
-        servo.feed(when)
-        obey_as_shadow(servo, instruction, params)
-    return [replies] if replies else []
+    if packet.servo_id == BROADCAST_ID:
+        return _broadcast(packet, listeners, awake(listeners, when))
+    return ask(packet, listeners, when, obey, SHADOW_HANDLERS)
 
 
 def refuse_damaged(packet: DamagedPacket, listeners: Listeners) -> list[Turn]:
@@ -74,18 +62,17 @@ def refuse_damaged(packet: DamagedPacket, listeners: Listeners) -> list[Turn]:
     """
     if packet.frame[PREFIX_SIZE] == STATUS_INSTRUCTION:
         return []
-    answers = [status(servo, StatusError.CRC) for servo in listeners.hearing(packet.servo_id)]
-    replies = [reply for reply in answers if reply is not None]
-    return [replies] if replies else []
+    return refuse(packet.servo_id, listeners, lambda servo: status(servo, StatusError.CRC))
 
 
-def _broadcast(
-    instruction: int, params: bytes, listeners: Listeners, hearing: list[Servo]
-) -> list[Turn]:
+def _broadcast(packet: Packet, listeners: Listeners, hearing: list[Servo]) -> list[Turn]:
     """Only ping and the reads of several are answered when all are addressed."""
+    _servo_id, instruction, params = packet[:3]
     if instruction in SHARES_OF_READS:
-        read = read_together if instruction in FAST_READS else read_in_turn
-        return read(SHARES_OF_READS[instruction](params), listeners)
+        shares = SHARES_OF_READS[instruction](params)
+        if instruction in FAST_READS:
+            return read_together(shares, listeners)
+        return in_turn(shares, listeners, read_reply)
     if instruction == Instruction.PING:
         return broadcast_ping(listeners)
     if instruction in SHARES_OF_WRITES:

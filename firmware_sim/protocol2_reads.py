@@ -1,11 +1,8 @@
-"""Protocol 2.0: what servos answer alone, one after the other, and together in one packet.
+"""Protocol 2.0: what servos answer to reads, alone and together in one packet, and to a ping.
 
 Source: e-Manual, "DYNAMIXEL Protocol 2.0", Ping, Read, Sync Read, Bulk Read, Fast Sync Read, Fast
 Bulk Read. Where the manual is silent:
 
-- Whoever follows a silent servo in a list stays silent too, for each waits for the one before it
-  (ROBOTIS in DynamixelSDK issue 364). A servo listed twice answers at its first place only, so
-  that whoever stands behind its second place waits in vain.
 - A servo that cannot read what a fast read asks of it says so in its error field and sends zeros,
   for the packet's LEN has been told already. A fast answer that no LEN can hold is not begun.
 - At a broadcast ping each servo waits `PING_SLOT` for each lower ID: the waiting time that the
@@ -14,7 +11,7 @@ Bulk Read. Where the manual is silent:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from operator import and_
 
 from firmware_sim.codes import StatusError
@@ -65,23 +62,6 @@ def broadcast_ping(listeners: Listeners) -> list[Turn]:
                 replies.append(reply)
         if replies:
             turns.append(replies)
-    return turns
-
-
-def read_in_turn(shares: Iterable[ReadShare], listeners: Listeners) -> list[Turn]:
-    """Return the answers to a sync or bulk read, in the order asked for."""
-    turns: list[Turn] = []
-    answered: set[int] = set()
-    for servo_id, address, size in shares:
-        replies = []
-        for servo in () if servo_id in answered else listeners.by_id.get(servo_id, ()):
-            reply = read_reply(servo, address, size) if servo.hears else None
-            if reply is not None:
-                replies.append(reply)
-        if not replies:
-            break
-        answered.add(servo_id)
-        turns.append(replies)
     return turns
 
 

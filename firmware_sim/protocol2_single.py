@@ -7,10 +7,9 @@ error.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from enum import IntEnum
-from functools import partial
 
+from firmware_sim.answering import Dialect, Handler
 from firmware_sim.codes import StatusError
 from firmware_sim.packet import build_status
 from firmware_sim.protocol2_reads import identity, read_reply, status
@@ -49,19 +48,16 @@ class Instruction(IntEnum):
     FAST_BULK_READ = 0x9A
 
 
+def _confirmation(servo: Servo, servo_id: int, error: StatusError) -> bytes:
+    return build_status(servo_id, error | servo.alert)
+
+
+_DIALECT = Dialect(2, StatusError.DATA_LENGTH, _confirmation)
+
+
 def obey(servo: Servo, instruction: int, params: bytes) -> Reply | None:
     """Let a servo do what it was asked by its ID, and return its answer."""
     return HANDLERS.get(instruction, _unknown)(servo, params)
-
-
-def obey_as_shadow(servo: Servo, instruction: int, params: bytes) -> None:
-    """Do what was asked of a secondary ID, without a word."""
-    if instruction == Instruction.ACTION:
-        servo.act()
-    elif instruction == Instruction.WRITE:
-        _with_params(partial(servo.write, ram_only=True), params)
-    elif instruction == Instruction.REG_WRITE:
-        _with_params(partial(servo.register_write, ram_only=True), params)
 
 
 def _unknown(servo: Servo, _params: bytes) -> Reply | None:
@@ -76,18 +72,6 @@ def _read(servo: Servo, params: bytes) -> Reply | None:
     if len(params) != 4:
         return status(servo, StatusError.DATA_LENGTH, level=1)
     return read_reply(servo, params[0] | params[1] << 8, params[2] | params[3] << 8)
-
-
-def _write(servo: Servo, params: bytes) -> Reply | None:
-    return _confirm(servo, lambda: _with_params(servo.write, params))
-
-
-def _reg_write(servo: Servo, params: bytes) -> Reply | None:
-    return _confirm(servo, lambda: _with_params(servo.register_write, params))
-
-
-def _action(servo: Servo, _params: bytes) -> Reply | None:
-    return _confirm(servo, servo.act)
 
 
 def _reboot(servo: Servo, _params: bytes) -> Reply | None:
@@ -114,7 +98,7 @@ def _clear(servo: Servo, params: bytes) -> Reply | None:
         return _unknown(servo, params)
     if len(params) != 5:
         return status(servo, StatusError.DATA_LENGTH)
-    return _confirm(servo, lambda: servo.clear(params))
+    return _DIALECT.confirm(servo, lambda: servo.clear(params))
 
 
 def _back_up(servo: Servo, params: bytes) -> Reply | None:
@@ -124,32 +108,25 @@ def _back_up(servo: Servo, params: bytes) -> Reply | None:
         return status(servo, StatusError.DATA_LENGTH)
     if params[0] not in (_BACKUP, _RESTORE) or params[1:] != _BACKUP_WORD:
         return status(servo, StatusError.DATA_RANGE)
-    return _confirm(servo, servo.backup if params[0] == _BACKUP else servo.restore)
+    return _DIALECT.confirm(servo, servo.backup if params[0] == _BACKUP else servo.restore)
 
 
-def _confirm(servo: Servo, act: Callable[[], StatusError]) -> Reply | None:
-    """Act and say how it went, as the servo was set before: a new ID counts from then on."""
-    servo_id, delay = servo.servo_id, servo.return_delay
-    silent = servo.status_return_level < 2
-    error = act()
-    return None if silent else Reply(build_status(servo_id, error | servo.alert), delay)
-
-
-def _with_params(write: Callable[[int, bytes], StatusError], params: bytes) -> StatusError:
-    if len(params) < 3:
-        return StatusError.DATA_LENGTH
-    return write(params[0] | params[1] << 8, params[2:])
-
-
-HANDLERS: dict[int, Callable[[Servo, bytes], Reply | None]] = {
+HANDLERS: dict[int, Handler] = {
     Instruction.PING: _ping,
     Instruction.READ: _read,
-    Instruction.WRITE: _write,
-    Instruction.REG_WRITE: _reg_write,
-    Instruction.ACTION: _action,
+    Instruction.WRITE: _DIALECT.write,
+    Instruction.REG_WRITE: _DIALECT.reg_write,
+    Instruction.ACTION: _DIALECT.action,
     Instruction.FACTORY_RESET: _factory_reset,
     Instruction.REBOOT: _reboot,
     Instruction.CLEAR: _clear,
     Instruction.BACKUP: _back_up,
 }
 """What instructions to one servo do."""
+
+SHADOW_HANDLERS: dict[int, Handler] = {
+    Instruction.WRITE: _DIALECT.write_as_shadow,
+    Instruction.REG_WRITE: _DIALECT.reg_write_as_shadow,
+    Instruction.ACTION: _DIALECT.action,
+}
+"""What instructions to a secondary ID do; whatever they return is not said."""
