@@ -71,7 +71,10 @@ def test_ping_and_scan(connect: Callable[[str], Any], kind: str) -> None:
     assert [client.ping(servo_id) for servo_id in KINDS[kind]] == [True] * len(KINDS[kind])
     assert not client.ping(99)
     numbers = {i: n for one in (V1 if kind in V1 else V2) for i, n in KINDS[one].items()}
-    assert client.scan([*range(12)]) == dict(sorted(numbers.items()))
+    # A scan gives each ID a few milliseconds only, which a busy machine may miss: never the answer.
+    scans = [client.scan([*range(12)]) for _ in range(10)]
+    assert all(scan.items() <= numbers.items() for scan in scans)
+    assert {i: number for scan in scans for i, number in scan.items()} == numbers
     if kind in V1:
         with pytest.raises(ValueError, match="broadcast ping"):
             client.broadcast_scan([1])
