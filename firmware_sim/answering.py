@@ -84,14 +84,13 @@ def ask(
 ) -> list[Turn]:
     """Let those whom an instruction names obey it, at a time in s; shadows do it silently."""
     servo_id, instruction, params = packet[:3]
+    _feed(listeners, when)
     replies = []
     for servo in listeners.hearing(servo_id):
-        servo.feed(when)
         reply = obey(servo, instruction, params)
         if reply is not None:
             replies.append(reply)
     for servo in listeners.hearing_shadows(servo_id):
-        servo.feed(when)
         if instruction in shadow_handlers:
             shadow_handlers[instruction](servo, params)
     return [replies] if replies else []
@@ -99,10 +98,15 @@ def ask(
 
 def awake(listeners: Listeners, when: float) -> list[Servo]:
     """Return all who hear an instruction to all, at a time in s."""
-    hearing = [servo for servo in listeners.everyone if servo.hears]
-    for servo in hearing:
-        servo.feed(when)
-    return hearing
+    _feed(listeners, when)
+    return [servo for servo in listeners.everyone if servo.hears]
+
+
+def _feed(listeners: Listeners, when: float) -> None:
+    """Feed the bus watchdogs of all who hear an instruction, whomever it names."""
+    for servo in listeners.everyone:
+        if servo.watches and servo.hears:
+            servo.feed(when)
 
 
 def refuse(servo_id: int, listeners: Listeners, say: Callable[[Servo], Reply | None]) -> list[Turn]:

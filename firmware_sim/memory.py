@@ -7,6 +7,10 @@ from collections.abc import Callable
 
 from firmware_sim.control_table import Area, ControlTable, Register
 
+PLANS_KEPT = 256
+"""Ranges of a servo's registers of which readers and writers each remember how to go about them:
+clients use few, and a hostile one must not make that grow."""
+
 _UNSIGNED = {1: "<B", 2: "<H", 4: "<I"}
 _SIGNED = {1: "<b", 2: "<h", 4: "<i"}
 

@@ -1,7 +1,7 @@
 """Reading registers: which bytes a request covers, and which of them must be measured first.
 
 Where the manual is silent: a read may span holes between registers, which read 0, but not begin in
-one.
+one, except in AX and MX with protocol 1.0, which know no access error.
 """
 
 from __future__ import annotations
@@ -11,10 +11,7 @@ from collections.abc import Callable
 from firmware_sim.codes import StatusError
 from firmware_sim.firmware import Firmware
 from firmware_sim.indirect import IndirectMap
-from firmware_sim.memory import Memory
-
-_PLANS_KEPT = 256
-"""Ranges remembered for a servo: clients use few, and a hostile one must not make this grow."""
+from firmware_sim.memory import PLANS_KEPT, Memory
 
 _REFUSED = (StatusError.ACCESS, b"")
 
@@ -33,10 +30,15 @@ class Reader:
         What measures.
     indirect : IndirectMap
         Its indirect addresses; `forget` is to be called when one changes.
+    from_holes : bool
+        Whether a read may begin between registers.
     """
 
-    def __init__(self, memory: Memory, firmware: Firmware, indirect: IndirectMap) -> None:
+    def __init__(
+        self, memory: Memory, firmware: Firmware, indirect: IndirectMap, from_holes: bool = False
+    ) -> None:
         self._memory = memory
+        self._from_holes = from_holes
         self._data = memory.data
         self._indirect = indirect
         self._plans: dict[int, Plan] = {}
@@ -72,7 +74,9 @@ class Reader:
 
     def _is_readable(self, address: int, size: int) -> bool:
         table = self._memory.table
-        return size > 0 and address + size <= table.size and table.at(address) is not None
+        if size <= 0 or address + size > table.size:
+            return False
+        return self._from_holes or table.at(address) is not None
 
     def _plan(self, address: int, size: int) -> Plan:
         places = self._indirect.targets(address, size)
@@ -83,7 +87,7 @@ class Reader:
         }
         fillers = tuple(self._fillers[name] for name in covered if name in self._fillers)
         plan = (fillers, address, address + size, None if places is None else tuple(places))
-        if len(self._plans) >= _PLANS_KEPT:
+        if len(self._plans) >= PLANS_KEPT:
             self._plans.clear()
         self._plans[address << 16 | size] = plan
         return plan

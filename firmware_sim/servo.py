@@ -60,6 +60,8 @@ class Servo(Identity):
     ----------
     silenced : bool
         Whether it hears nothing and says nothing, as one whose cable has come loose.
+    watches : bool
+        Whether its bus watchdog may have to be fed.
     """
 
     def __init__(
@@ -84,8 +86,10 @@ class Servo(Identity):
         self.firmware = make_firmware(model, self.memory, axis, timeline)
         self.firmware.install(self.firmware.angle(start_tick), self.supply_voltage)
         self._watchdog = BusWatchdog(self.memory)
+        self.watches = False
         indirect = IndirectMap(self.memory)
-        self._reader = Reader(self.memory, self.firmware, indirect)
+        holes = model.family == "classic"
+        self._reader = Reader(self.memory, self.firmware, indirect, from_holes=holes)
         self._own_settings = IDENTITY_NAMES.union(indirect.names)
         self._registered: tuple[int, bytes, bool] | None = None
         self._power_on_at = math.inf
@@ -165,7 +169,9 @@ class Servo(Identity):
         for register, _value, changed in changes:
             if changed and register.name in self._own_settings:
                 self._take_setting(register.name)
+        self._watchdog.fed_at = self._timeline.now
         deadline = self._watchdog.deadline
+        self.watches = deadline < math.inf
         if deadline < self._timeline.alarm:
             self._timeline.wake_at(deadline)
         return StatusError.NONE

@@ -2,9 +2,10 @@
 
 Source: e-Manual, "Bus Watchdog(98)": it measures the time between instructions while the torque
 is on; when that exceeds the register's value times 20 ms, the servo stops, the profile registers
-become 0, the register reads -1, and goals are refused until 0 is written. The manual does not say
-whether instructions to other servos count: here only those to this servo, or to all, do. A servo
-set to protocol 1.0 does not watch.
+become 0, the register reads -1, and goals are refused until 0 is written. What counts is "all the
+Instruction Packet in the DYNAMIXEL Protocol": any intact one that the servo hears, whomever it
+names. Where the manual is silent: one of the other protocol, or at another baud rate, is not heard;
+a servo set to protocol 1.0 does not watch.
 """
 
 from __future__ import annotations

@@ -9,10 +9,7 @@ from firmware_sim.codes import StatusError
 from firmware_sim.control_table import Access, Area, Register
 from firmware_sim.firmware import Values
 from firmware_sim.indirect import IndirectMap
-from firmware_sim.memory import Memory
-
-_PLANS_KEPT = 256
-"""Ranges remembered for a servo: clients use few, and a hostile one must not make this grow."""
+from firmware_sim.memory import PLANS_KEPT, Memory
 
 Guard = Callable[[int], StatusError]
 """Says what there is against a new value that the register's own range allows."""
@@ -109,7 +106,7 @@ class WriteChecker:
     def _plan(self, address: int, size: int) -> Plan:
         places = self._indirect.targets(address, size) if size <= self._memory.table.size else None
         plan = self._aimed(places) if places else self._straight(address, size)
-        if len(self._plans) >= _PLANS_KEPT:
+        if len(self._plans) >= PLANS_KEPT:
             self._plans.clear()
         self._plans[address << 16 | size] = plan
         return plan

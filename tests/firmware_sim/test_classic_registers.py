@@ -220,3 +220,13 @@ def test_realtime_tick_is_not_in_older_firmware() -> None:
 )
 def test_model_numbers_are_read(name: str, number: int) -> None:
     assert ClassicBench(name).read("Model Number") == number
+
+
+@pytest.mark.parametrize(("name", "error"), [("ax-12a", OK), ("mx-28", OK), ("xl-320", ACCESS)])
+def test_a_read_may_begin_between_registers(name: str, error: StatusError) -> None:
+    """10 is none of theirs; protocol 1.0 has no access error."""
+    servo = ClassicBench(name)
+    found, data = servo.servo.read(10, 2)
+    assert found == error
+    assert len(data) == (2 if error == OK else 0)
+    assert error != OK or data[0] == 0

@@ -39,15 +39,23 @@ def test_any_instruction_to_the_servo_feeds_it(bench: MakeBench, instruction: in
     assert rig.read(WATCHDOG) == 5
 
 
-def test_a_broadcast_feeds_it_and_an_instruction_to_another_does_not(bench: MakeBench) -> None:
+@pytest.mark.parametrize("named", [1, 77, 254])
+def test_any_instruction_feeds_all_who_hear_it(bench: MakeBench, named: int) -> None:
+    """The manual counts "all the Instruction Packet in the DYNAMIXEL Protocol"."""
     rig = armed(bench, "xm430-w350:1", "xm430-w350:2")
     for _ in range(3):
         rig.wait(0.08)
-        rig.ask(254, 0x82, bytes((132, 0, 4, 0, 1)))
+        rig.ask(named, 0x82 if named == 254 else 0x01, bytes((132, 0, 4, 0, 1)))
     assert [rig.read(WATCHDOG, servo_id=i) for i in (1, 2)] == [5, 5]
+
+
+def test_what_a_servo_does_not_hear_does_not_feed_it(bench: MakeBench) -> None:
+    rig = armed(bench, "xm430-w350:1", "xm430-w350:2")
+    rig.servos[1].silenced = True
     for _ in range(3):
         rig.wait(0.08)
         rig.ask(1, 0x01)
+    rig.servos[1].silenced = False
     assert [rig.read(WATCHDOG, servo_id=i) for i in (1, 2)] == [5, EXPIRED]
 
 
