@@ -5,7 +5,20 @@ Position(116)", "Profile Acceleration(108)" and "Profile Velocity(112)". Where t
 
 - A goal written while the torque is off stays, so that a stale Goal Position makes the servo move
   at torque-on (seen by users: pollen-robotics/reachy_mini issue 1136).
-- A change of the direction in Drive Mode(10) counts positions within a turn anew.
+- A change of the direction in Drive Mode(10) counts positions within a turn anew, with Goal
+  Position where the horn is. After one of Homing Offset(20), Goal Position means the angle that it
+  meant before: a write to EEPROM moves nothing at torque-on.
+- Where Goal Position lies outside the limits of position mode, since they were set later or the
+  horn was there at boot, the nearer limit leads. The register stays as it is.
+- Gains after a change of mode are the initial ones of the table: the manual gives no other figures
+  for a mode.
+- Velocity Limit(44) caps the velocity of a velocity-based profile (one state of the manual names
+  Profile Velocity(112) beside Goal Velocity(104), a newer one only the latter); neither a step nor
+  a time-based profile is capped, since the manual has them end at once or after a given time.
+- A slope of the PWM holds for the output of every loop: "PWM Slope(62)" names no mode.
+- Where the current is measured at the input, Goal Current and Current Limit are currents there
+  too, since a loop can control only what it measures: a stalled horn at a tenth of the stall
+  current pushes with the root of a tenth of the stall torque.
 - After a boot and a change of mode, Goal Position is where the horn is, and the goal that leads in
   current, velocity and PWM mode is 0, so that nothing turns until one is written. The manual lets
   Goal PWM and Goal Current be their limits after a change of mode; here they are, where they limit.
@@ -29,9 +42,7 @@ from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
 from firmware_sim.physics.axis import Axis
 from firmware_sim.physics.profile import Profile, time_profile, velocity_profile
-from firmware_sim.pwm_slope import PwmSlope
-from firmware_sim.rules import LIMITED_BY
-from firmware_sim.timeline import Timeline
+from firmware_sim.rules import ACCELERATION_LIMIT, LIMITED_BY
 
 _MILLISECOND = 1.0e-3
 
@@ -54,24 +65,22 @@ class Actuator:
         Its registers, with their EEPROM values in place.
     axis : Axis
         What it drives.
-    timeline : Timeline
-        The time.
     """
 
-    def __init__(self, model: ServoModel, memory: Memory, axis: Axis, timeline: Timeline) -> None:
+    def __init__(self, model: ServoModel, memory: Memory, axis: Axis) -> None:
         self._memory = memory
+        self._slope_unit = model.pwm_slope_unit
         self._units = model.units
         self._current_unit = model.current_unit or 0.0
         self.axis = axis
         self.frame = PositionFrame(memory, model.units)
-        self.slope = PwmSlope(model, memory, axis, timeline)
         self._lead_by_mode: dict[int, Callable[[], None]] = {
             OperatingMode.CURRENT: self._lead_current,
             OperatingMode.VELOCITY: self._lead_velocity,
             OperatingMode.PWM: self._lead_pwm,
         }
-        self._counted = self.frame.direction
-        """The direction in which positions were folded last."""
+        self._counted = self.frame.direction, self.frame.shift
+        """How positions counted when Goal Position was last brought in line with it."""
         self._read_mode()
 
     def boot(self) -> None:
@@ -79,7 +88,6 @@ class Actuator:
         self.axis.release()
         self.frame.update()
         self.frame.fold(self.axis.ticks)
-        self._counted = self.frame.direction
         self.reset_goals()
         self.take_settings()
 
@@ -88,14 +96,20 @@ class Actuator:
         self._read_mode()
         self.frame.update()
         set_gains(self.axis, self._memory, self._units)
+        if self._slope_unit is not None:
+            self.axis.set_slope(self._memory.value("PWM Slope") * self._slope_unit)
         self.take_caps()
 
     def count_anew(self) -> None:
-        """Fold positions if the direction in which they count has changed."""
-        if self.frame.direction != self._counted:
-            self._counted = self.frame.direction
+        """Let Goal Position follow where the direction or the offset of positions has changed."""
+        direction, shift = self._counted
+        if self.frame.direction != direction:
             self.frame.fold(self.axis.ticks)
             self._store_position(self.axis.angle)
+        elif self.frame.shift != shift:
+            goal = self._memory.value("Goal Position")
+            self._memory.store("Goal Position", goal + self.frame.shift - shift)
+            self._counted = direction, self.frame.shift
 
     def take_caps(self) -> None:
         """Read again what caps duty and current."""
@@ -111,11 +125,11 @@ class Actuator:
         """Switch the torque, and start for the goal when it goes on."""
         self._memory.store("Torque Enable", int(on))
         if not on:
-            self.slope.end()
             self.axis.release()
         elif not self.axis.torque_on:
             if self._mode == OperatingMode.POSITION:
                 self.frame.fold(self.axis.ticks)
+                self._counted = self.frame.direction, self.frame.shift
             self.axis.hold()
             self.lead()
 
@@ -154,6 +168,9 @@ class Actuator:
                 most = self._memory.value(limit)
                 kept = max(-most, min(most, self._memory.value(goal)))
                 self._memory.store(goal, kept)
+        if ACCELERATION_LIMIT in self._memory.table.by_name:
+            value, most = map(self._memory.value, ("Profile Acceleration", ACCELERATION_LIMIT))
+            self._memory.store("Profile Acceleration", min(value, most))
 
     def stop(self) -> None:
         """Stop, and hold if there is position control."""
@@ -183,10 +200,15 @@ class Actuator:
 
     def _store_position(self, angle: float) -> None:
         self._memory.store("Goal Position", self.frame.position(angle))
+        self._counted = self.frame.direction, self.frame.shift
 
     def _lead_position(self) -> None:
         value = self._memory.value
-        angle = self.frame.angle(value("Goal Position"))
+        goal = value("Goal Position")
+        if self._mode == OperatingMode.POSITION:
+            low, high = value("Min Position Limit"), value("Max Position Limit")
+            goal = max(low, min(high, goal))
+        angle = self.frame.angle(goal)
         velocity = value("Profile Velocity")
         if velocity:
             self.axis.follow(self._profile(angle, velocity, value("Profile Acceleration")))
@@ -200,8 +222,9 @@ class Actuator:
                 start, speed, angle, velocity * _MILLISECOND, acceleration * _MILLISECOND
             )
         units = self._units
+        most = min(velocity, self._memory.value("Velocity Limit") or velocity)  # 0 would be a step
         return velocity_profile(
-            start, speed, angle, velocity * units.velocity, acceleration * units.acceleration
+            start, speed, angle, most * units.velocity, acceleration * units.acceleration
         )
 
     def _lead_velocity(self) -> None:
@@ -219,4 +242,4 @@ class Actuator:
 
     def _lead_pwm(self) -> None:
         goal = self._memory.value("Goal PWM")
-        self.slope.drive_to(self.frame.direction * goal / self._units.pwm_full)
+        self.axis.drive_duty(self.frame.direction * goal / self._units.pwm_full)

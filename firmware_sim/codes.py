@@ -37,7 +37,7 @@ WATCHDOG_EXPIRED = 0xFF
 """What Bus Watchdog(98) reads after it expired: -1."""
 
 MAX_ID = 252
-"""Highest ID of a servo; a higher secondary ID means none."""
+"""Highest ID of a servo of protocol 2.0; a higher secondary ID means none."""
 
 
 class StatusError(IntEnum):

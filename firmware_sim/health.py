@@ -18,10 +18,7 @@ from firmware_sim.physics.axis import Axis
 from firmware_sim.timeline import Timeline
 
 OVERLOAD_TIME = 2.0
-"""How long nearly all of the PWM may stay on a standing horn, s."""
-
-OVERLOAD_DUTY = 0.9
-"""Duty above which that is a load: a lower cap, as grippers have, never overloads."""
+"""How long full effort (`kernel.FULL_EFFORT`) may be put on a standing horn, s."""
 
 VOLTAGE_TIME = 0.1
 """How long the input voltage may be outside its limits, s."""
@@ -80,6 +77,7 @@ class Health:
         self._axis = axis
         self._tick = model.units.angle
         self._slack = ENCODER_SLACK * self._tick
+        self._detects = model.detects
         self._drop_torque = drop_torque
         self._shock_voltage = SHOCK_SHARE * 0.1 * model.table["Min Voltage Limit"].minimum
         self.status = 0
@@ -115,7 +113,12 @@ class Health:
         self._axis.watch(self._hottest, self._low, self._high, self._slack)
 
     def raise_error(self, error: HardwareError) -> None:
-        """Set a bit of Hardware Error Status(70); if Shutdown(63) has it too, drop the torque."""
+        """Set a bit of Hardware Error Status(70); if Shutdown(63) has it too, drop the torque.
+
+        An error that the model does not detect is passed over.
+        """
+        if not error & self._detects:
+            return
         self.status |= error
         self._memory.store("Hardware Error Status", self.status)
         if error & self._memory.value("Shutdown") and not self.shut_down:
@@ -128,7 +131,7 @@ class Health:
         self.next_look = math.inf
         if axis.temperature > self._hottest:
             self.raise_error(HardwareError.OVERHEATING)
-        if axis.saturated_for >= OVERLOAD_TIME and abs(axis.duty) >= OVERLOAD_DUTY:
+        if axis.saturated_for >= OVERLOAD_TIME:
             self.raise_error(HardwareError.OVERLOAD)
         voltage = axis.voltage
         low = voltage < self._low

@@ -112,6 +112,12 @@ class ServoModel:
         Which firmware versions have this layout; None for an open end.
     backup_from, fast_from : int or None
         Firmware from which control table backup and fast reads are understood; None for never.
+    detects : int
+        Bits of Hardware Error Status(70) that it can set ("Shutdown(63)").
+    pwm_slope_unit : float or None
+        V per ms of one count of PWM Slope(62); None without that register.
+    senses_input : bool
+        Whether it measures its current where that comes from the supply, not in the winding.
     """
 
     name: str
@@ -131,6 +137,9 @@ class ServoModel:
     last_firmware: int | None = None
     backup_from: int | None = None
     fast_from: int | None = None
+    detects: int = 0x3D
+    pwm_slope_unit: float | None = None
+    senses_input: bool = False
 
     @property
     def understands_backup(self) -> bool:

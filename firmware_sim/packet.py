@@ -23,7 +23,6 @@ from struct import Struct
 HEADER = b"\xff\xff\xfd\x00"
 STATUS_INSTRUCTION = 0x55
 BROADCAST_ID = 0xFE
-MAX_ID = 252
 
 PREFIX_SIZE = 7
 """Bytes before INST: header, ID, LEN."""

@@ -2,19 +2,19 @@
 
 Source: e-Manual, "Realtime Tick(120)" to "Present Temperature(146)", "External Port Data(152)". The
 manual does not say how near counts as in position, nor how far as a following error: see the
-constants.
+constants. In position is near Goal Position(116), torque or not. Present Load(126) is the output's
+duty: "inferred based on the internal output value; not measured" ("Present Load(126)").
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from firmware_sim.actuator import Actuator
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
 from firmware_sim.rules import PORT_OUTPUT
-from firmware_sim.timeline import Timeline
+from firmware_sim.timeline import Timeline, realtime_tick
 
 IN_POSITION = 10
 """Distance to the goal that counts as in position, ticks."""
@@ -22,7 +22,6 @@ IN_POSITION = 10
 FOLLOWING_ERROR = 100
 """Distance to the trajectory that counts as a following error, ticks."""
 
-_TICK_WRAP = 32_768
 _ONGOING = 0x02
 _REACHED = 0x01
 _FOLLOWING = 0x08
@@ -55,7 +54,6 @@ class Present:
         self._timeline = timeline
         self._pwm = float(model.units.pwm_full)
         self._per_velocity = 1.0 / model.units.velocity
-        self._tick = model.units.angle
         self._velocity_unit = model.units.velocity
         self._per_ampere = 1.0 / model.current_unit if model.current_unit else 0.0
         self.booted_at = timeline.now
@@ -84,8 +82,7 @@ class Present:
         return self._measures.get(name)
 
     def _realtime_tick(self) -> int:
-        uptime = self._timeline.now - self.booted_at
-        return math.floor(uptime * 1e3 + 1e-6) % _TICK_WRAP
+        return realtime_tick(self._timeline.now - self.booted_at)
 
     def _moving(self) -> int:
         threshold = self._memory.value("Moving Threshold") * self._velocity_unit
@@ -97,25 +94,22 @@ class Present:
         if axis.under_way:
             status |= _ONGOING
         if self._actuator.in_position_mode:
-            angle = axis.ticks * self._tick
-            if not axis.under_way and self._is_near(axis.reference_goal, angle, IN_POSITION):
+            position = self._present_position()
+            away = abs(self._memory.value("Goal Position") - position)
+            if not axis.under_way and away <= IN_POSITION:
                 status |= _REACHED
-            if not self._is_near(axis.reference, angle, FOLLOWING_ERROR):
+            if abs(self._frame.position(axis.reference) - position) > FOLLOWING_ERROR:
                 status |= _FOLLOWING
         return status
-
-    def _is_near(self, wanted: float, angle: float, ticks: int) -> bool:
-        return abs(wanted - angle) <= (ticks + 0.5) * self._tick
 
     def _present_pwm(self) -> int:
         return round(self._frame.direction * self._axis.duty * self._pwm)
 
     def _present_current(self) -> int:
-        return round(self._frame.direction * self._axis.current * self._per_ampere)
+        return round(self._frame.direction * self._axis.sensed_current * self._per_ampere)
 
     def _present_load(self) -> int:
-        load = round(self._frame.direction * self._axis.relative_torque * _LARGEST_LOAD)
-        return max(-_LARGEST_LOAD, min(_LARGEST_LOAD, load))
+        return round(self._frame.direction * self._axis.duty * _LARGEST_LOAD)
 
     def _present_velocity(self) -> int:
         return round(self._frame.direction * self._axis.velocity * self._per_velocity)

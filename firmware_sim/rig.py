@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
+from firmware_sim.codes import MAX_ID
 from firmware_sim.control_table import Access, Area
 from firmware_sim.errors import RigError
 from firmware_sim.line import same_rate
 from firmware_sim.model import ServoModel
-from firmware_sim.packet import MAX_ID
 from firmware_sim.tables import find_model
 
 _FACTORY: Mapping[str, int] = MappingProxyType({})

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from firmware_sim.codes import MAX_ID
 from firmware_sim.errors import RigError
 from firmware_sim.model import ServoModel
-from firmware_sim.packet import MAX_ID
 from firmware_sim.rig import (
     Mount,
     ServoSettings,

@@ -31,6 +31,9 @@ LIMITED_BY = {
 }
 """Goals, and which register says how large they may be either way."""
 
+ACCELERATION_LIMIT = "Acceleration Limit"
+"""What Profile Acceleration(108) cannot exceed, on models that have it (MX with protocol 2.0)."""
+
 PORT_OUTPUT = 1
 """External Port Mode in which the port is an output."""
 
@@ -72,6 +75,8 @@ class Rules:
             "Goal Position": self._refuse_goal_position,
             **{goal: partial(self._refuse_goal, limit) for goal, limit in LIMITED_BY.items()},
         }
+        if ACCELERATION_LIMIT in model.table.by_name:
+            guards["Profile Acceleration"] = self._refuse_acceleration
         for name in model.table.by_name:
             if name.startswith("External Port Data"):
                 guards[name] = partial(self._refuse_port, name.replace("Data", "Mode"))
@@ -97,6 +102,10 @@ class Rules:
     def _refuse_watchdog(self, value: int) -> StatusError:
         expired = self._value("Bus Watchdog") == WATCHDOG_EXPIRED
         return StatusError.DATA_RANGE if value and expired else StatusError.NONE
+
+    def _refuse_acceleration(self, value: int) -> StatusError:
+        within = value <= self._value(ACCELERATION_LIMIT)
+        return StatusError.NONE if within else StatusError.DATA_LIMIT
 
     def _refuse_port(self, mode_name: str, _value: int) -> StatusError:
         is_output = self._value(mode_name) == PORT_OUTPUT

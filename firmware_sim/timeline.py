@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+_TICK_WRAP = 32_768
+"""Where Realtime Tick begins anew, ms."""
+
 
 class Timeline:
     """The present moment, and until when nobody needs to look at a servo.
@@ -33,3 +36,8 @@ class Timeline:
     def wake_at(self, when: float) -> None:
         """Ask to be looked at, at a time in s."""
         self.alarm = min(self.alarm, when)
+
+
+def realtime_tick(uptime: float) -> int:
+    """Return what Realtime Tick reads so many s after a boot: ms, from 0 again after 32767."""
+    return math.floor(uptime * 1e3 + 1e-6) % _TICK_WRAP

@@ -54,7 +54,7 @@ class XFirmware:
         self._timeline = timeline
         self.deaf_until = -math.inf
         """Never deaf but while it boots."""
-        self.actuator = Actuator(model, memory, axis, timeline)
+        self.actuator = Actuator(model, memory, axis)
         self.health = Health(model, memory, axis, timeline, self._drop_torque)
         self._rules = Rules(model, memory, lambda: self.health.shut_down)
         self._present = Present(model, memory, self.actuator, timeline)
@@ -81,7 +81,7 @@ class XFirmware:
     @property
     def next_event(self) -> float:
         """When `wake` is to be called next, s."""
-        return min(self.actuator.slope.next_event, self.health.next_look)
+        return self.health.next_look
 
     def angle(self, tick: int) -> float:
         """Return the horn's angle, rad, at which Present Position reads a number."""
@@ -89,7 +89,10 @@ class XFirmware:
 
     def install(self, angle: float, supply_voltage: float) -> None:
         """Put the horn to an angle (rad) and connect the supply (V)."""
-        self._axis.configure(self._model.motor, self._model.units.angle, supply_voltage, angle)
+        model = self._model
+        self._axis.configure(
+            model.motor, model.units.angle, supply_voltage, angle, senses_input=model.senses_input
+        )
 
     def power_off(self) -> None:
         """Take the supply away."""
@@ -100,7 +103,6 @@ class XFirmware:
         """Begin, with all RAM registers at their defaults."""
         self._present.booted_at = self._timeline.now
         self._rules.forget()
-        self.actuator.slope.end()
         self.actuator.boot()
         self.health.boot()
 
@@ -126,11 +128,8 @@ class XFirmware:
         self.health.inspect()
 
     def wake(self) -> None:
-        """Lead the PWM on along its slope, and look again at what may be an error."""
-        now = self._timeline.now
-        if self.actuator.slope.next_event <= now:
-            self.actuator.slope.wake()
-        if self.health.next_look <= now:
+        """Look again at what may be an error."""
+        if self.health.next_look <= self._timeline.now:
             self.health.inspect()
 
     def stop(self) -> None:
@@ -172,8 +171,7 @@ class XFirmware:
         elif area is Area.EEPROM:
             self.actuator.keep_goals_within_limits()
             self.actuator.take_settings()
-            if name == "Drive Mode":
-                self.actuator.count_anew()
+            self.actuator.count_anew()
             self.health.take_settings()
 
     def _drop_torque(self) -> None:

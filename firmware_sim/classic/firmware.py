@@ -1,8 +1,9 @@
 """The firmware of AX, of MX with protocol 1.0 and of XL-320, as `firmware.Firmware` wants it.
 
 Sources: e-Manual, docs/en/dxl/ax/ax-12a, docs/en/dxl/mx, docs/en/dxl/x/xl320, "Control Table
-Description". A goal written with the torque off switches it on: users see it (poppy-project/
-poppy-docs issue 36), the manual is silent.
+Description". A goal written with the torque off switches it on in AX and MX: users see it (poppy-
+project/poppy-docs issue 36), the manual is silent; XL-320, of which nobody says so, waits for
+Torque Enable(24), as the X series does.
 """
 
 from __future__ import annotations
@@ -154,7 +155,7 @@ class ClassicFirmware:
         if changed & _MODE_NAMES and self.motion.mode is not self._mode:
             self._mode = self.motion.mode
             self.motion.switch_mode()
-        if "Goal Position" in written and self._mode is not Mode.WHEEL:
+        if "Goal Position" in written and self._mode is not Mode.WHEEL and not self._is_xl320:
             self._memory.store("Torque Enable", 1)
         elif "Torque Enable" in changed and self._mode is not Mode.WHEEL:
             self._memory.store("Goal Position", self.motion.position)

@@ -18,10 +18,9 @@ from firmware_sim.classic.motion import Motion, with_direction
 from firmware_sim.classic.rows import FULL_SCALE
 from firmware_sim.memory import Memory
 from firmware_sim.model import ServoModel
-from firmware_sim.timeline import Timeline
+from firmware_sim.timeline import Timeline, realtime_tick
 
 _CURRENT_AT_REST = 2048
-_TICK_WRAP = 32_768
 
 
 class Present:
@@ -78,8 +77,7 @@ class Present:
         return int(self._axis.under_way or (self._axis.torque_on and fast))
 
     def _realtime_tick(self) -> int:
-        uptime = self._timeline.now - self.booted_at
-        return math.floor(uptime * 1e3 + 1e-6) % _TICK_WRAP
+        return realtime_tick(self._timeline.now - self.booted_at)
 
     def _current(self) -> int:
         unit = self._model.current_unit or 1.0

@@ -6,18 +6,14 @@ columns of the state come as an argument (`COLUMNS` names them), and so do all f
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar, cast
-
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_sim.physics import kernel
+from firmware_sim.physics.kernel import compiled
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 COLUMNS = np.array(
     [
@@ -33,20 +29,8 @@ COLUMNS = np.array(
 )
 """Columns of the state that these functions use, in this order."""
 
-_SAME_DUTY = 1.0e-12
-"""Change of a loop's output from step to step that counts as none: `kernel` has the same."""
 
-
-def _compiled(function: Function) -> Function:
-    try:
-        compiled = numba.njit(cache=True, error_model="numpy")(function)
-    except RuntimeError:
-        # As in `kernel`: no directory for the cache can be written.
-        compiled = numba.njit(cache=False, error_model="numpy")(function)
-    return cast(Function, compiled)
-
-
-@_compiled
+@compiled
 def load_joints(
     state: FloatArray,
     columns: IndexArray,
@@ -95,13 +79,14 @@ def load_joints(
             frictions[dof] += figures[2]
 
 
-@_compiled
+@compiled
 def read_joints(
     state: FloatArray,
     columns: IndexArray,
     places: IndexArray,
     mounts: FloatArray,
     standing: float,
+    same_duty: float,
     positions: FloatArray,
     velocities: FloatArray,
     motion: FloatArray,
@@ -119,6 +104,8 @@ def read_joints(
         Directions, 1 or -1, and angles of the horns at the joints' zeros, rad.
     standing : float
         Speed below which a joint stands, rad/s.
+    same_duty : float
+        Change of what a loop asks for that counts as none.
     positions, velocities : ndarray of float
         MuJoCo's ``qpos`` and ``qvel``.
     motion : ndarray of float, shape (2, servos)
@@ -134,7 +121,7 @@ def read_joints(
         motion[0, i] = mounts[1, i] + mounts[0, i] * positions[places[0, i]]
         motion[1, i] = mounts[0, i] * velocities[places[1, i]]
         x = state[i]
-        if x[columns[6]] or abs(x[columns[4]] - x[columns[5]]) > _SAME_DUTY:
+        if x[columns[6]] or abs(x[columns[4]] - x[columns[5]]) > same_duty:
             still = False
     for speed in velocities:
         if abs(speed) >= standing:

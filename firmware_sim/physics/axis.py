@@ -81,6 +81,7 @@ class Axis(Sensors):
         supply_voltage: float,
         start_angle: float = 0.0,
         supply: int = 0,
+        senses_input: bool = False,
     ) -> None:
         """Make it a new axis: at rest, torque off, at the temperature of the air.
 
@@ -96,6 +97,9 @@ class Axis(Sensors):
             Of the horn, rad.
         supply : int
             Which of the plant's supplies it hangs on.
+        senses_input : bool
+            Whether currents are measured and controlled where they come from the supply, not in the
+            winding.
         """
         row = self._row
         for column in range(k.COLUMNS):
@@ -109,7 +113,8 @@ class Axis(Sensors):
         row[k.TICKS] = float(math.floor(start_angle / encoder_step + 0.5))
         row[k.TEMPERATURE] = k.AMBIENT_TEMPERATURE
         row[k.DUTY_CAP] = row[k.FRICTION_FACTOR] = 1.0
-        row[k.CURRENT_CAP] = math.inf
+        row[k.CURRENT_CAP] = row[k.SLOPE] = math.inf
+        row[k.SENSES_INPUT] = float(senses_input)
 
     def release(self) -> None:
         """Switch the torque off: the gears run down, and a load can turn them."""
@@ -189,7 +194,7 @@ class Axis(Sensors):
         row[k.SETTLED] = 0.0
 
     def drive_current(self, amperes: float) -> None:
-        """Send a current through the winding, as far as the voltage allows, A."""
+        """Let it take a current, as it senses that, as far as the voltage allows, A."""
         self._drive(k.CURRENT, amperes)
 
     def drive_duty(self, duty: float) -> None:
@@ -242,6 +247,10 @@ class Axis(Sensors):
         row = self._row
         row[k.HOTTEST], row[k.ENCODER_SLACK] = hottest, slack
         row[k.LOWEST_VOLTAGE], row[k.HIGHEST_VOLTAGE] = lowest, highest
+
+    def set_slope(self, volts: float) -> None:
+        """Let the voltage of the PWM change by so many V in a step; infinity for at once."""
+        self._set(k.SLOPE, volts)
 
     def apply_load(self, torque: float) -> None:
         """Load the horn with an external torque against the positive direction, N m."""

@@ -35,18 +35,12 @@ STEP = 1.0e-3
 AMBIENT_TEMPERATURE = 25.0
 """Of the air, degrees Celsius."""
 
-THERMAL_RESISTANCE = 8.0
-"""Winding to air, K/W. No data sheet has it: chosen so that a fifth of the stall current, which the
-maker calls the rating for continuous use, warms an XM430-W350 by about 9 K."""
-
-THERMAL_TIME = 240.0
-"""Time constant of warming, s; chosen, see `THERMAL_RESISTANCE`."""
-
 STATIC_FRICTION = 1.2
 """Static over Coulomb friction of the gears; chosen."""
 
-FULL_EFFORT = 0.98
-"""Share of its cap at which duty or current counts as full effort; chosen."""
+FULL_EFFORT = 0.9
+"""Duty from which a horn that does not give way is overloaded; chosen. A lower cap of duty or
+current, as grippers have, never overloads ("Shutdown(63)": a load beyond the maximum output)."""
 
 # Modes of control.
 OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
@@ -74,6 +68,8 @@ OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
     RAMP,  # acceleration of the velocity trajectory, rad/s^2; 0 for none
     DUTY_CAP,
     CURRENT_CAP,
+    SENSES_INPUT,  # 1 when currents are those taken from the supply, not the winding's
+    SLOPE,  # by how much the voltage may change in a step, V
     POSITION_P,  # duty per rad
     POSITION_I,  # duty per rad and step
     POSITION_D,  # duty per rad of change within a step
@@ -116,8 +112,10 @@ OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
     # ... the motor, ...
     MOTOR_ANGLE,  # before the backlash, rad
     MOTOR_SPEED,
-    STALL_CURRENT,  # at nominal voltage, A
     RESISTANCE,  # of the winding, ohm
+    THERMAL_RESISTANCE,  # winding to air, K/W
+    THERMAL_TIME,  # time constant of warming, s
+    WARMING,  # which share of the way to its last temperature it goes in a step
     TORQUE_CONSTANT,  # N m/A
     BACK_EMF,  # V per rad/s
     INERTIA,  # kg m^2
@@ -137,7 +135,7 @@ OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
     HIGHEST_VOLTAGE,
     ENCODER_SLACK,  # rad
     COLUMNS,
-) = range(79)
+) = range(83)
 
 # Columns of `supplies`: resistance of the source, sums over its axes, sag.
 SOURCE_RESISTANCE, _PULL, _CONDUCTANCE, SAG, SUPPLY_COLUMNS = range(5)
@@ -145,26 +143,25 @@ SOURCE_RESISTANCE, _PULL, _CONDUCTANCE, SAG, SUPPLY_COLUMNS = range(5)
 _NO_VOLTAGE = 1.0e-3
 """What loops divide by at least, V."""
 
-_SAME_DUTY = 1.0e-12
+SAME_DUTY = 1.0e-12
 """Change of a loop's output from step to step that counts as none."""
 
 _SAME_VOLTAGE = 1.0e-9
 """Change of the supply that wakes no loop, V."""
 
-_WARMING = 1.0 - math.exp(-STEP / THERMAL_TIME)
 
-
-def _compiled(function: Function) -> Function:
+def compiled(function: Function) -> Function:
+    """Return a function as numba compiles it, kept on disk where that is possible."""
     try:
-        compiled = numba.njit(cache=True, error_model="numpy")(function)
+        quick = numba.njit(cache=True, error_model="numpy")(function)
     except RuntimeError:
         # No directory for the cache can be written (an installation without a home): numba
         # refuses to decorate at all then. Compiling anew at each start is slower, not wrong.
-        compiled = numba.njit(cache=False, error_model="numpy")(function)
-    return cast(Function, compiled)
+        quick = numba.njit(cache=False, error_model="numpy")(function)
+    return cast(Function, quick)
 
 
-@_compiled
+@compiled
 def _follow_profile(x: FloatArray) -> None:
     """Bring the trajectory of position on by one step."""
     elapsed = x[ELAPSED] + STEP
@@ -187,17 +184,17 @@ def _follow_profile(x: FloatArray) -> None:
     x[REFERENCE_ACCELERATION] = acceleration
 
 
-@_compiled
+@compiled
 def _measured_angle(x: FloatArray) -> float:
     return float(x[TICKS] * x[ENCODER_STEP])
 
 
-@_compiled
+@compiled
 def _measured_speed(x: FloatArray) -> float:
     return 0.0 if x[ENCODER_STUCK] else float(x[SPEED])
 
 
-@_compiled
+@compiled
 def _integrated(x: FloatArray, increment: float, rest: float, low: float, high: float) -> float:
     """Return the integral after a sum of the error, unless that pushes a full output further."""
     total = x[INTEGRAL] + increment
@@ -207,7 +204,7 @@ def _integrated(x: FloatArray, increment: float, rest: float, low: float, high: 
     return float(x[INTEGRAL])
 
 
-@_compiled
+@compiled
 def _position_loop(x: FloatArray, low: float, high: float) -> float:
     """Return the duty of PID controller and feed-forward."""
     if x[UNDER_WAY]:
@@ -227,7 +224,7 @@ def _position_loop(x: FloatArray, low: float, high: float) -> float:
     return float(duty)
 
 
-@_compiled
+@compiled
 def _velocity_loop(x: FloatArray, low: float, high: float) -> float:
     """Return the duty of the PI controller along a ramp to the goal."""
     way = x[TARGET] - x[REFERENCE_SPEED]
@@ -247,7 +244,7 @@ def _velocity_loop(x: FloatArray, low: float, high: float) -> float:
     return float(duty)
 
 
-@_compiled
+@compiled
 def _compliance(x: FloatArray) -> float:
     """Return the duty that margin, punch and slope make of the error on its side."""
     if x[UNDER_WAY]:
@@ -260,22 +257,37 @@ def _compliance(x: FloatArray) -> float:
     return 0.0
 
 
-@_compiled
-def _is_at_cap(x: FloatArray, duty: float, low: float, high: float) -> bool:
-    """Whether the loop asks for all that its caps allow, and they allow something."""
-    if x[MODE] == CURRENT and abs(x[TARGET]) >= FULL_EFFORT * x[CURRENT_CAP] > 0.0:
-        return True
-    if duty > 0.0:
-        return duty >= FULL_EFFORT * high > 0.0
-    return duty < 0.0 and duty <= FULL_EFFORT * low < 0.0
+@compiled
+def _duty_for(x: FloatArray, amperes: float, back_emf: float, voltage: float) -> float:
+    """Return the duty that makes a current: of the winding, or of the supply where that is sensed.
+
+    A supply gives |u| i with i = (u V - e) / R: of the two duties that make it so, the one that
+    drives the way of the current.
+    """
+    drop = x[RESISTANCE] * amperes
+    if not x[SENSES_INPUT] or amperes == 0.0:
+        return float((back_emf + drop) / voltage)
+    root = math.sqrt(back_emf * back_emf + 4.0 * voltage * abs(drop))
+    return float((back_emf + math.copysign(root, amperes)) / (2.0 * voltage))
 
 
-@_compiled
+@compiled
+def _sloped(x: FloatArray, duty: float, voltage: float) -> float:
+    """Return the duty as near to what is wanted as the slope of the PWM allows in this step."""
+    most = x[SLOPE] / voltage
+    change = duty - x[EFFORT]
+    if abs(change) <= most:
+        return duty
+    x[LAST_DEMAND] = math.inf  # not steady, however still it asks for the same
+    return float(x[EFFORT] + math.copysign(most, change))
+
+
+@compiled
 def _controls_current(x: FloatArray) -> bool:
     return bool(x[MODE] == CURRENT or (x[MODE] != OFF and x[CURRENT_CAP] < math.inf))
 
 
-@_compiled
+@compiled
 def _control(x: FloatArray) -> None:
     """Run an axis' control loop for one step: leaves a duty in EFFORT."""
     mode = x[MODE]
@@ -292,29 +304,30 @@ def _control(x: FloatArray) -> None:
     x[LAST_SPEED] = speed
     voltage = max(x[VOLTAGE], _NO_VOLTAGE)
     if x[CURRENT_CAP] < math.inf:
-        drop = x[RESISTANCE] * x[CURRENT_CAP]
-        low = max(low, min(cap, (back_emf - drop) / voltage))
-        high = min(high, max(-cap, (back_emf + drop) / voltage))
+        low = max(low, min(cap, _duty_for(x, -x[CURRENT_CAP], back_emf, voltage)))
+        high = min(high, max(-cap, _duty_for(x, x[CURRENT_CAP], back_emf, voltage)))
     if mode == POSITION:
         duty = _position_loop(x, low, high)
     elif mode == VELOCITY:
         duty = _velocity_loop(x, low, high)
     elif mode == CURRENT:
-        duty = (x[RESISTANCE] * x[TARGET] + back_emf) / voltage
+        duty = _duty_for(x, x[TARGET], back_emf, voltage)
     elif mode == COMPLIANCE:
         duty = _compliance(x)
     else:
         duty = x[TARGET]
+    x[DEMAND] = duty
+    effort = _sloped(x, max(low, min(high, duty)), voltage)
+    x[EFFORT] = effort
     # Pushed back at full effort is overloaded as well as standing.
-    if _is_at_cap(x, duty, low, high) and math.copysign(speed, speed * duty) < x[NEARLY_STANDING]:
+    along = math.copysign(speed, speed * effort)
+    if abs(effort) >= FULL_EFFORT and along < x[NEARLY_STANDING]:
         x[SATURATED_FOR] += STEP
     else:
         x[SATURATED_FOR] = 0.0
-    x[DEMAND] = duty
-    x[EFFORT] = max(low, min(high, duty))
 
 
-@_compiled
+@compiled
 def _add_draw(x: FloatArray, supplies: FloatArray) -> None:
     """Add what an axis draws from its supply to the sums that the sag follows from."""
     duty = x[EFFORT]
@@ -324,7 +337,7 @@ def _add_draw(x: FloatArray, supplies: FloatArray) -> None:
     supplies[supply, _CONDUCTANCE] += share * duty
 
 
-@_compiled
+@compiled
 def _sag(supplies: FloatArray) -> None:
     """Solve for the voltage lost in each source: sag = Rs sum of u i, i = (u (E - sag) - ke w)/R.
 
@@ -339,7 +352,7 @@ def _sag(supplies: FloatArray) -> None:
         supplies[k, _CONDUCTANCE] = 0.0
 
 
-@_compiled
+@compiled
 def _turn(x: FloatArray, torque: float, lag: float, kept: float) -> None:
     """Move a motor for one step under a torque, with the speed-dependent part in `lag`."""
     friction = x[FRICTION] * x[FRICTION_FACTOR]
@@ -370,13 +383,13 @@ def _turn(x: FloatArray, torque: float, lag: float, kept: float) -> None:
     x[MOTOR_ANGLE] += way
 
 
-@_compiled
+@compiled
 def _standing_torque(x: FloatArray) -> float:
     """Return the motor's torque if it stood: the back-EMF takes its part as damping."""
     return float(x[TORQUE_CONSTANT] * x[EFFORT] * x[VOLTAGE] / x[RESISTANCE])
 
 
-@_compiled
+@compiled
 def _carry_horn(x: FloatArray) -> None:
     """Let the horn follow its motor through the play of the gears, and the encoder the horn."""
     before = x[ANGLE]
@@ -388,7 +401,15 @@ def _carry_horn(x: FloatArray) -> None:
         x[TICKS] = math.floor(angle / x[ENCODER_STEP] + 0.5)
 
 
-@_compiled
+@compiled
+def _warm(x: FloatArray, share: float) -> None:
+    """Bring the winding by a share of the way to the temperature that its losses lead to."""
+    losses = x[RESISTANCE] * x[AMPERES] * x[AMPERES]
+    target = AMBIENT_TEMPERATURE + x[THERMAL_RESISTANCE] * losses
+    x[TEMPERATURE] += (target - x[TEMPERATURE]) * share
+
+
+@compiled
 def _settle_accounts(x: FloatArray, mean_speed: float) -> None:
     """Note the mean current of a step, warm the winding by it, and let idle trajectories follow."""
     current = 0.0
@@ -400,17 +421,16 @@ def _settle_accounts(x: FloatArray, mean_speed: float) -> None:
         if mode != VELOCITY:
             x[REFERENCE_SPEED] = x[SPEED]
     x[AMPERES] = current
-    target = AMBIENT_TEMPERATURE + THERMAL_RESISTANCE * x[RESISTANCE] * current * current
-    x[TEMPERATURE] += (target - x[TEMPERATURE]) * _WARMING
+    _warm(x, x[WARMING])
 
 
-@_compiled
+@compiled
 def _is_steady(x: FloatArray) -> bool:
     """Whether the control loop will put out the same again, as long as nothing moves."""
-    return not x[UNDER_WAY] and abs(x[DEMAND] - x[LAST_DEMAND]) < _SAME_DUTY
+    return not x[UNDER_WAY] and abs(x[DEMAND] - x[LAST_DEMAND]) < SAME_DUTY
 
 
-@_compiled
+@compiled
 def _move(x: FloatArray) -> None:
     """Advance motor, horn and heat by one step of the joint alone."""
     before = x[MOTOR_ANGLE]
@@ -426,7 +446,7 @@ def _move(x: FloatArray) -> None:
     x[SETTLED] = stood and x[MOTOR_SPEED] == 0.0 and _is_steady(x)
 
 
-@_compiled
+@compiled
 def control(state: FloatArray, supplies: FloatArray) -> None:
     """Run every axis' control loop for one step and find the voltage that it works from.
 
@@ -454,7 +474,7 @@ def control(state: FloatArray, supplies: FloatArray) -> None:
         x[VOLTAGE] = voltage
 
 
-@_compiled
+@compiled
 def drive(
     state: FloatArray, supplies: FloatArray, torques: FloatArray, dampings: FloatArray
 ) -> None:
@@ -483,7 +503,7 @@ def drive(
             dampings[i] += x[TORQUE_CONSTANT] * x[BACK_EMF] / x[RESISTANCE]
 
 
-@_compiled
+@compiled
 def observe(state: FloatArray, angles: FloatArray, speeds: FloatArray) -> None:
     """Take motors' movement in one step from elsewhere: encoder, current and heat follow.
 
@@ -503,17 +523,15 @@ def observe(state: FloatArray, angles: FloatArray, speeds: FloatArray) -> None:
         _settle_accounts(x, mean_speed)
 
 
-@_compiled
+@compiled
 def _rest(x: FloatArray, steps: int) -> None:
     """Let heat and the time at full effort go on where nothing else changes."""
-    current = x[AMPERES]
-    target = AMBIENT_TEMPERATURE + THERMAL_RESISTANCE * x[RESISTANCE] * current * current
-    x[TEMPERATURE] += (target - x[TEMPERATURE]) * (1.0 - math.exp(-steps * STEP / THERMAL_TIME))
+    _warm(x, 1.0 - math.exp(-steps * STEP / x[THERMAL_TIME]))
     if x[SATURATED_FOR] > 0.0:
         x[SATURATED_FOR] += steps * STEP
 
 
-@_compiled
+@compiled
 def _all_settled(state: FloatArray) -> bool:
     for i in range(len(state)):  # noqa: SIM110 - numba compiles no generator
         if not state[i, SETTLED]:
@@ -521,7 +539,7 @@ def _all_settled(state: FloatArray) -> bool:
     return True
 
 
-@_compiled
+@compiled
 def is_quiet(state: FloatArray) -> bool:
     """Whether nothing will happen to any axis until the next command.
 
@@ -541,7 +559,7 @@ def is_quiet(state: FloatArray) -> bool:
     return True
 
 
-@_compiled
+@compiled
 def is_sound(state: FloatArray) -> bool:
     """Whether no axis needs to be looked into.
 
@@ -565,7 +583,7 @@ def is_sound(state: FloatArray) -> bool:
     return True
 
 
-@_compiled
+@compiled
 def advance(state: FloatArray, supplies: FloatArray, steps: int) -> None:
     """Advance independent joints.
 

@@ -130,7 +130,15 @@ class MujocoPlant:
         )
         self._mj_step(arm.model, arm.data)
         still = read_joints(
-            state, COLUMNS, arm.places, mounts, _STANDING, positions, velocities, motion
+            state,
+            COLUMNS,
+            arm.places,
+            mounts,
+            _STANDING,
+            kernel.SAME_DUTY,
+            positions,
+            velocities,
+            motion,
         )
         kernel.observe(state, motion[0], motion[1])
         self._still_for = self._still_for + 1 if still else 0

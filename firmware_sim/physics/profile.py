@@ -57,19 +57,6 @@ class Profile:
             position += (velocity + 0.5 * acceleration * duration) * duration
             self.duration += duration
 
-    def at(self, elapsed: float) -> tuple[float, float]:
-        """Return position (rad) and velocity (rad/s) at a time since its start (s)."""
-        if elapsed >= self.duration:
-            return self.goal, 0.0
-        for begin, position, velocity, acceleration in reversed(self.pieces):
-            if elapsed >= begin:
-                since = elapsed - begin
-                return (
-                    position + (velocity + 0.5 * acceleration * since) * since,
-                    velocity + acceleration * since,
-                )
-        return self.pieces[0][1], self.pieces[0][2]
-
 
 def velocity_profile(
     start: float, velocity: float, goal: float, speed: float, acceleration: float

@@ -106,6 +106,10 @@ class Sensors:
         return self._row[k.MODE] != k.OFF
 
     @property
-    def relative_torque(self) -> float:
-        """Torque of the motor over its stall torque at nominal voltage."""
-        return self._row[k.AMPERES] / self._row[k.STALL_CURRENT]
+    def sensed_current(self) -> float:
+        """What its electronics measure, A: the winding's, or that taken from the supply.
+
+        The latter has the sign of the former: the way of the torque.
+        """
+        amperes = self._row[k.AMPERES]
+        return abs(self._row[k.EFFORT]) * amperes if self._row[k.SENSES_INPUT] else amperes

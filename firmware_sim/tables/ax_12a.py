@@ -68,6 +68,7 @@ MODELS = (
             stall_current=1.5,
             no_load_speed=59.0,
             inertia=0.0024,
+            mass=0.0546,
         ),
         protocol=1,
         protocols=frozenset((1,)),

@@ -69,6 +69,7 @@ MODELS = (
             stall_current=2.2,
             no_load_speed=97.0,
             inertia=0.0018,
+            mass=0.0559,
         ),
         protocol=1,
         protocols=frozenset((1,)),

@@ -79,6 +79,7 @@ def _model(firmware: int, first: int, last: int | None, rows: list[Register]) ->
             stall_current=5.2,
             no_load_speed=45.0,
             inertia=0.018,
+            mass=0.165,
         ),
         protocol=1,
         protocols=frozenset((1,)),

@@ -92,6 +92,7 @@ MODELS = mx_versions(
             stall_current=5.2,
             no_load_speed=45.0,
             inertia=0.018,
+            mass=0.165,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=42,

@@ -73,6 +73,7 @@ def _model(firmware: int, first: int, last: int | None, rows: list[Register]) ->
             stall_current=1.4,
             no_load_speed=55.0,
             inertia=0.0043,
+            mass=0.077,
         ),
         protocol=1,
         protocols=frozenset((1,)),

@@ -90,6 +90,7 @@ MODELS = mx_versions(
             stall_current=1.4,
             no_load_speed=55.0,
             inertia=0.0043,
+            mass=0.077,
         ),
         protocols=frozenset((1, 2)),
         operating_modes=MODES_WITHOUT_CURRENT,

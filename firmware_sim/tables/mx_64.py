@@ -78,6 +78,7 @@ def _model(firmware: int, first: int, last: int | None, rows: list[Register]) ->
             stall_current=4.1,
             no_load_speed=63.0,
             inertia=0.0091,
+            mass=0.165,
         ),
         protocol=1,
         protocols=frozenset((1,)),

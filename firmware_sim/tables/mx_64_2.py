@@ -90,6 +90,7 @@ MODELS = mx_versions(
             stall_current=4.1,
             no_load_speed=63.0,
             inertia=0.0091,
+            mass=0.165,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=42,

@@ -97,6 +97,7 @@ MODELS = x430_versions(
             stall_current=1.4,
             no_load_speed=64.0,
             inertia=0.0027,
+            mass=0.051,  # half of both
         ),
         protocols=frozenset((1, 2)),
         operating_modes=MODES_WITHOUT_CURRENT,

@@ -96,6 +96,7 @@ MODELS = x430_versions(
             stall_current=1.3,
             no_load_speed=57.0,
             inertia=0.0023,
+            mass=0.0491,  # half of both
         ),
         protocols=frozenset((1, 2)),
         operating_modes=MODES_WITHOUT_CURRENT,

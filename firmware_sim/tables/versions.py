@@ -18,6 +18,9 @@ _WITH_BACKUP = frozenset(("Startup Configuration", "Backup Ready"))
 _TORQUE_ON_BY_GOAL = 0b1000
 _TIME_BASED = 0b0100
 
+_PWM_SLOPE = 1.977e-3
+_X330_ERRORS = 0x35
+
 
 def _before(
     model: ServoModel,
@@ -77,6 +80,11 @@ def x430_versions(model: ServoModel) -> tuple[ServoModel, ...]:
 def x330_versions(model: ServoModel, table_to_52: ControlTable) -> tuple[ServoModel, ...]:
     """Return an X330 and its older layouts, newest first.
 
+    What all of them have: no encoder error ("Shutdown(63)" of the present XL330 page: bit 3 unused;
+    an older state of the page and the maker's newer site have it), a current measured at the input
+    ("Current Limit(38)", note), a slope of the PWM in 1.977 mV/ms unless the model says otherwise
+    ("PWM Slope(62)").
+
     Parameters
     ----------
     model : ServoModel
@@ -84,6 +92,12 @@ def x330_versions(model: ServoModel, table_to_52: ControlTable) -> tuple[ServoMo
     table_to_52 : ControlTable
         Its rows up to firmware 52, whose indirect data begin at 208.
     """
+    model = replace(
+        model,
+        detects=_X330_ERRORS,
+        pwm_slope_unit=model.pwm_slope_unit or _PWM_SLOPE,
+        senses_input=True,
+    )
     to_52 = _before(replace(model, table=table_to_52), 53, 46)
     return model, to_52, _before(to_52, 46, 0, _WITH_BACKUP, _TORQUE_ON_BY_GOAL)
 

@@ -92,6 +92,7 @@ MODELS = x330_versions(
             stall_current=1.8,
             no_load_speed=81.0,
             inertia=0.0011,
+            mass=0.023,
         ),
         first_firmware=53,
         backup_from=46,

@@ -92,10 +92,12 @@ MODELS = x330_versions(
             stall_current=0.8,
             no_load_speed=65.0,
             inertia=0.0014,
+            mass=0.023,
         ),
         first_firmware=53,
         backup_from=46,
         fast_from=46,
+        pwm_slope_unit=3.955e-3,
     ),
     _TABLE_TO_52,
 )

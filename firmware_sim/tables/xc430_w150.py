@@ -92,6 +92,7 @@ MODELS = x430_versions(
             stall_current=1.4,
             no_load_speed=106.0,
             inertia=0.0014,
+            mass=0.065,
         ),
         protocols=frozenset((1, 2)),
         operating_modes=MODES_WITHOUT_CURRENT,

@@ -86,6 +86,7 @@ MODELS = x430_versions(
             stall_current=0.7,
             no_load_speed=52.0,
             inertia=0.0048,
+            mass=0.082,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=45,

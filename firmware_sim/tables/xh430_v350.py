@@ -92,6 +92,7 @@ MODELS = x430_versions(
             stall_current=0.7,
             no_load_speed=31.0,
             inertia=0.01,
+            mass=0.082,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=45,

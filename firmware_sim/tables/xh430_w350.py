@@ -89,6 +89,7 @@ MODELS = x430_versions(
             stall_current=1.3,
             no_load_speed=30.0,
             inertia=0.011,
+            mass=0.082,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=45,

@@ -96,6 +96,7 @@ MODELS = x430_versions(
             stall_current=2.4,
             no_load_speed=60.0,
             inertia=0.01,
+            mass=0.165,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=45,

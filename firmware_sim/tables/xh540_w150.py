@@ -99,6 +99,7 @@ MODELS = x430_versions(
             stall_current=4.9,
             no_load_speed=70.0,
             inertia=0.0097,
+            mass=0.165,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=45,

@@ -99,6 +99,7 @@ MODELS = x430_versions(
             stall_current=4.9,
             no_load_speed=39.0,
             inertia=0.024,
+            mass=0.165,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=45,

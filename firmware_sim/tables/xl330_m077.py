@@ -97,6 +97,7 @@ MODELS = x330_versions(
             stall_current=1.47,
             no_load_speed=383.0,
             inertia=0.000054,
+            mass=0.018,
         ),
         first_firmware=53,
         backup_from=46,

@@ -94,6 +94,7 @@ MODELS = x330_versions(
             stall_current=1.47,
             no_load_speed=103.0,
             inertia=0.00048,
+            mass=0.018,
         ),
         first_firmware=53,
         backup_from=46,

@@ -91,6 +91,7 @@ MODELS = x430_versions(
             stall_current=1.4,
             no_load_speed=61.0,
             inertia=0.0023,
+            mass=0.0572,
         ),
         protocols=frozenset((1, 2)),
         operating_modes=MODES_WITHOUT_CURRENT,

@@ -63,6 +63,7 @@ MODELS = (
             stall_current=1.1,
             no_load_speed=114.0,
             inertia=0.00033,
+            mass=0.0167,
         ),
         units=STEP_UNITS,
         family="xl320",

@@ -89,6 +89,7 @@ MODELS = x430_versions(
             stall_current=2.3,
             no_load_speed=77.0,
             inertia=0.0037,
+            mass=0.082,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=45,

@@ -91,6 +91,7 @@ MODELS = x430_versions(
             stall_current=1.3,
             no_load_speed=53.0,
             inertia=0.0041,
+            mass=0.096,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=45,

@@ -89,6 +89,7 @@ MODELS = x430_versions(
             stall_current=1.3,
             no_load_speed=31.0,
             inertia=0.0095,
+            mass=0.096,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=45,

@@ -90,6 +90,7 @@ MODELS = x430_versions(
             stall_current=4.9,
             no_load_speed=40.0,
             inertia=0.023,
+            mass=0.185,
         ),
         protocols=frozenset((1, 2)),
         first_firmware=45,

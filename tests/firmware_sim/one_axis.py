@@ -45,6 +45,11 @@ class OneAxis:
         return self.motor.no_load_speed * 2.0 * math.pi / 60.0
 
     @property
+    def relative_torque(self) -> float:
+        """Of the motor, over its stall torque: as its current over the stall current."""
+        return self.axis.current / self.motor.stall_current
+
+    @property
     def friction(self) -> float:
         """Coulomb friction, N m."""
         return self.motor.friction * self.motor.stall_torque

@@ -53,7 +53,10 @@ class PlainServo:
         """Do what a write that was not refused does."""
         name, now = register.name, self.values
         changed = now[name] != value
+        offset = self.offset()
         now[name] = value
+        if name == "Homing Offset":
+            now["Goal Position"] += self.offset() - offset
         if name == "Operating Mode" and changed:
             self._reset(RESET_BY_MODE)
             self._reset_goals()
@@ -114,6 +117,11 @@ class PlainServo:
             return 0
         value = self.values[register.name] % 256**register.size
         return value >> 8 * (address - register.address) & 0xFF
+
+    def offset(self) -> int:
+        """Return what the homing offset adds: too large a one nothing, in position mode."""
+        offset = self.values["Homing Offset"]
+        return 0 if self.values["Operating Mode"] == 3 and abs(offset) > 1024 else offset
 
     def _is_within_limits(self, name: str, value: int) -> bool:
         now = self.values

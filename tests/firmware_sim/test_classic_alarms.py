@@ -2,11 +2,12 @@
 
 import pytest
 
-from firmware_sim.classic.alarms import BLINKING_AFTER, OVERLOAD_TIME
+from firmware_sim.classic.alarms import BLINKING_AFTER
 from firmware_sim.classic.firmware import ClassicFirmware
 from firmware_sim.codes import ALERT, HardwareError, StatusError
 from tests.firmware_sim.classic_bench import ClassicBench
 
+OVERLOAD_TIME = 0.5
 VOLTAGE, ANGLE_LIMIT, OVERHEATING, RANGE, OVERLOAD = 0x01, 0x02, 0x04, 0x08, 0x20
 
 
@@ -14,7 +15,7 @@ def overloaded(name: str = "ax-12a", **registers: int) -> ClassicBench:
     """Return a servo that has pushed against something hard for long."""
     servo = ClassicBench(name, **registers)
     servo.axis.jam(True)
-    servo.set(Goal_Position=servo.read("CCW Angle Limit"))
+    servo.set(Torque_Enable=1, Goal_Position=servo.read("CCW Angle Limit"))
     servo.run(OVERLOAD_TIME - 0.05)
     assert servo.servo.error_bits == 0
     assert servo.read("Present Load") == 1023
@@ -48,12 +49,19 @@ def test_a_torque_limit_ends_an_overload_once_nothing_blocks() -> None:
 
 def test_a_torque_limit_does_not_end_an_overload_that_goes_on() -> None:
     servo = overloaded()
-    servo.set(Torque_Limit=800)
+    servo.set(Torque_Limit=931)  # 91 %
     servo.run(OVERLOAD_TIME - 0.05)
-    assert servo.read("Torque Limit") == 800
+    assert servo.read("Torque Limit") == 931
     servo.run(0.1)
     assert servo.read("Torque Limit") == 0
     assert servo.servo.error_bits == OVERLOAD
+
+
+def test_what_a_low_torque_limit_pushes_with_is_no_overload() -> None:
+    servo = overloaded()
+    servo.set(Torque_Limit=910)  # 89 %
+    servo.run(5.0)
+    assert (servo.read("Torque Limit"), servo.servo.error_bits) == (910, 0)
 
 
 def test_a_power_cycle_ends_an_overload() -> None:
@@ -105,11 +113,12 @@ def test_a_stalled_motor_gets_hot_and_lets_go() -> None:
     servo = ClassicBench("ax-12a", Shutdown=OVERHEATING)
     servo.axis.jam(True)
     servo.set(Goal_Position=1023)
-    # 12 V and 1.5 A are 18 W; 8 K/W and 240 s take 25 degrees to 70 in 240 ln(144 / (144 - 45)) s.
-    servo.run(85.0)
+    # 12 V and 1.5 A are 18 W. Its 54.6 g make 10.49 K/W and 209.6 s of an XM430's 8 K/W and 240 s:
+    # 25 degrees become 70 in 209.6 ln(188.8 / (188.8 - 45)) = 57 s.
+    servo.run(54.0)
     assert servo.servo.error_bits == OVERLOAD  # not in the mask: it pushes on
     assert servo.read("Torque Limit") == 1023
-    servo.run(12.0)
+    servo.run(8.0)
     assert servo.servo.error_bits == OVERHEATING
     assert servo.read("Torque Limit") == 0
     assert 66 <= servo.read("Present Temperature") <= 70
@@ -161,7 +170,7 @@ def test_an_overload_of_an_xl_320_is_in_hardware_error_status() -> None:
     assert servo.servo.alert == ALERT
     assert (servo.read("Torque Limit"), servo.read("Torque Enable")) == (0, 0)
     servo.axis.jam(False)
-    servo.set(Torque_Limit=1023, Goal_Position=700)
+    servo.set(Torque_Limit=1023, Torque_Enable=1, Goal_Position=700)
     servo.run(3.0)
     assert servo.read("Hardware Error Status") == 0
     assert servo.servo.alert == 0

@@ -133,6 +133,7 @@ def test_an_xl_320_answers_with_the_errors_of_protocol_2() -> None:
     def status(error: int) -> bytes:
         return build_packet(1, 0x55, bytes((error,)))
 
+    assert write(24, 1) == status(0)
     assert write(30, 0xF4, 0x01) == status(0)
     assert write(12, 60) == status(7)  # EEPROM with the torque on
     assert write(25, 8) == status(4)  # range

@@ -42,7 +42,7 @@ def test_moving_speed_is_in_units_of_0_111_rpm() -> None:
 def test_moving_speed_0_is_no_control_of_speed(name: str, rpm: float, unit: float) -> None:
     servo = ClassicBench(name, 0)
     assert servo.read("Moving Speed") == 0
-    servo.set(Torque_Limit=1023, Goal_Position=servo.read("CCW Angle Limit"))
+    servo.set(Torque_Limit=1023, Torque_Enable=1, Goal_Position=servo.read("CCW Angle Limit"))
     servo.run(0.1)
     # 30 mV are lost in the supply for each ampere, which is little at this speed.
     assert servo.read("Present Speed") == pytest.approx(rpm / unit, rel=0.01)
@@ -213,13 +213,21 @@ def test_goal_acceleration_makes_a_trapezoid() -> None:
 
 def test_xl_320_reaches_its_goal_by_pid() -> None:
     servo = ClassicBench("xl-320", 100)
-    servo.set(P_Gain=100, Moving_Speed=200, Goal_Position=600)
+    servo.set(P_Gain=100, Moving_Speed=200, Torque_Enable=1, Goal_Position=600)
     servo.run(2.0)
     assert servo.read("Present Position") == pytest.approx(600, abs=2)
     assert servo.read("Moving") == 0
 
 
-@pytest.mark.parametrize("name", ["ax-12a", "mx-28", "xl-320"])
+def test_a_goal_does_not_switch_the_torque_of_an_xl_320_on() -> None:
+    servo = ClassicBench("xl-320")
+    start = servo.read("Present Position")
+    servo.set(Goal_Position=start + 50)
+    servo.run(1.0)
+    assert (servo.read("Torque Enable"), servo.read("Present Position")) == (0, start)
+
+
+@pytest.mark.parametrize("name", ["ax-12a", "mx-28"])
 def test_a_goal_switches_the_torque_on(name: str) -> None:
     servo = ClassicBench(name)
     goal = servo.read("Present Position") + 50
@@ -235,7 +243,7 @@ def test_a_goal_switches_the_torque_on(name: str) -> None:
 def test_nothing_jumps_at_torque_on(name: str, asked: bool) -> None:
     servo = ClassicBench(name)
     start = servo.read("Present Position")
-    servo.set(Goal_Position=start + 100)
+    servo.set(Torque_Enable=1, Goal_Position=start + 100)
     servo.run(1.0)
     servo.set(Torque_Enable=0)
     servo.servo.apply_load(0.02 * servo.model.motor.stall_torque)

@@ -8,6 +8,7 @@ from firmware_sim.physics.kernel import STATIC_FRICTION, STEP
 from firmware_sim.physics.profile import Profile, ProfileType, time_profile, velocity_profile
 
 from .one_axis import TICK, OneAxis
+from .profiles import at
 
 PWM_COUNT = 1.0 / 885
 P_800 = 800 / 128 * PWM_COUNT / TICK  # duty per rad
@@ -27,9 +28,9 @@ def test_a_load_pulls_a_p_loop_off_its_goal(load: float) -> None:
     expected = load / rig.motor.stall_torque / P_800
     carried = STATIC_FRICTION * rig.motor.friction / P_800
     assert error == pytest.approx(expected, abs=carried + TICK)
-    torque = rig.axis.relative_torque * rig.motor.stall_torque
+    torque = rig.relative_torque * rig.motor.stall_torque
     assert torque == pytest.approx(load, abs=STATIC_FRICTION * rig.friction)
-    assert rig.axis.duty == pytest.approx(rig.axis.relative_torque, rel=1e-9)
+    assert rig.axis.duty == pytest.approx(rig.relative_torque, rel=1e-9)
 
 
 def test_an_integral_gain_takes_the_error_away() -> None:
@@ -143,7 +144,7 @@ def test_a_velocity_loop_reaches_its_goal_under_a_load(load: float) -> None:
     rig.axis.apply_load(load)
     rig.run(4.0)
     assert rig.axis.velocity == pytest.approx(2.0, rel=1e-6)
-    torque = rig.axis.relative_torque * rig.motor.stall_torque
+    torque = rig.relative_torque * rig.motor.stall_torque
     assert torque == pytest.approx(load + rig.friction + 2.0 * rig.drag, rel=1e-5)
 
 
@@ -275,7 +276,7 @@ def test_the_trajectory_is_the_profile(profile: Profile) -> None:
         assert rig.axis.under_way is (step - 1 < profile.duration / STEP - 1e-6)
         rig.run(STEP)
         seen = (rig.axis.reference, rig.axis.reference_velocity)
-        assert seen == pytest.approx(profile.at(step * STEP), abs=1e-9) or step in {
+        assert seen == pytest.approx(at(profile, step * STEP), abs=1e-9) or step in {
             math.floor(piece[0] / STEP + 1e-6) for piece in profile.pieces
         }
     assert (rig.axis.reference, rig.axis.kind) == (profile.goal, profile.kind)
@@ -307,39 +308,40 @@ def test_without_position_control_the_trajectory_is_where_the_horn_is() -> None:
     assert rig.axis.reference_velocity == rig.axis.velocity
 
 
-@pytest.mark.parametrize("mode", ["duty", "position", "capped position", "current", "compliance"])
-def test_full_effort_against_a_jam_is_timed(mode: str) -> None:
+MODES = ["duty", "position", "capped position", "current", "compliance"]
+
+
+@pytest.mark.parametrize("share", [0.89, 0.91])
+@pytest.mark.parametrize("mode", MODES)
+def test_nine_tenths_of_all_effort_against_a_jam_are_timed(mode: str, share: float) -> None:
+    """However the loop is capped: a jam takes 2.3 A at full duty."""
     rig = OneAxis().held(P_800)
     rig.axis.jam(on=True)
     far = velocity_profile(0.0, 0.0, 2.0, 0.0, 0.0)
+    capped_current = mode in {"capped position", "current"}
+    rig.axis.set_caps(
+        duty=1.0 if capped_current else share, current=2.3 * share if capped_current else math.inf
+    )
     if mode == "duty":
         rig.axis.drive_duty(1.0)
     elif mode == "current":
-        rig.axis.set_caps(current=0.5)
-        rig.axis.drive_current(0.5)
+        rig.axis.drive_current(2.3 * share)
     elif mode == "compliance":
-        rig.axis.set_caps(duty=0.6)
         rig.axis.drive_compliance(far, (0.0, 0.0), (3.0, 3.0), 0.03)
     else:
-        rig.axis.set_caps(current=0.5 if mode == "capped position" else math.inf)
         rig.axis.follow(far)
     rig.run(1.5)
-    assert rig.axis.saturated_for == pytest.approx(1.5, abs=2 * STEP)
+    assert rig.axis.duty == pytest.approx(share)
+    assert rig.axis.saturated_for == pytest.approx(1.5 if share > 0.9 else 0.0, abs=2 * STEP)
     rig.axis.jam(on=False)
     rig.run(0.1)
     assert rig.axis.saturated_for == 0.0
 
 
-def test_less_than_full_effort_is_not_timed() -> None:
+def test_torque_off_ends_full_effort() -> None:
     rig = OneAxis()
     rig.axis.jam(on=True)
-    rig.axis.drive_duty(0.9)
-    rig.run(1.0)
-    assert rig.axis.saturated_for == 0.0
-    rig.axis.set_caps(duty=0.0)
-    rig.run(1.0)
-    assert rig.axis.saturated_for == 0.0
-    rig.axis.set_caps(duty=0.9)
+    rig.axis.drive_duty(1.0)
     rig.run(1.0)
     assert rig.axis.saturated_for == pytest.approx(1.0)
     rig.axis.release()

@@ -94,3 +94,38 @@ def test_a_new_cap_counts_at_once() -> None:
     solo.set(Goal_Current=250)
     solo.wait(0.01)
     assert solo.read("Present Current") == pytest.approx(250, abs=1)
+
+
+@pytest.mark.parametrize("name", ["xl330-m288", "xc330-m288"])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_330_series_measures_what_comes_from_the_supply(name: str, sign: int) -> None:
+    """Power is passed on: at half duty the winding takes half, the supply gives a quarter."""
+    stall = {"xl330-m288": 1470, "xc330-m288": 1800}[name]  # mA at 5.0 V
+    solo = Solo(name, Operating_Mode=16)
+    solo.axis.jam(on=True)
+    solo.set(Torque_Enable=1, Goal_PWM=sign * 442)
+    solo.wait(0.1)
+    assert solo.axis.current == pytest.approx(sign * stall / 2000, rel=0.002)
+    assert solo.read("Present Current") == pytest.approx(sign * stall / 4, abs=2)
+
+
+@pytest.mark.parametrize("mode", [0, 5])
+def test_goal_current_of_the_330_series_is_that_of_the_supply(mode: int) -> None:
+    """U (u V / R) = 147 mA, a tenth of the stall current: u is the root of a tenth."""
+    solo = Solo("xl330-m288", Operating_Mode=mode)
+    solo.axis.jam(on=True)
+    solo.set(Torque_Enable=1, Goal_Current=147)
+    if mode == 5:
+        solo.set(Goal_Position=4000)
+    solo.wait(0.2)
+    assert solo.read("Present Current") == pytest.approx(147, abs=1)
+    assert solo.read("Present PWM") == pytest.approx(0.3162 * 885, abs=1)
+
+
+def test_no_goal_current_lets_a_horn_of_the_330_series_turn() -> None:
+    solo = Solo("xl330-m288", Operating_Mode=0)
+    solo.set(Torque_Enable=1)
+    solo.axis.apply_load(0.02)
+    solo.wait(0.1)
+    assert solo.read("Present Velocity") < -80
+    assert abs(solo.axis.current) < 0.01

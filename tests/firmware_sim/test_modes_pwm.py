@@ -69,3 +69,27 @@ def test_other_models_change_the_pwm_at_once() -> None:
     solo.set(Torque_Enable=1, Goal_PWM=885)
     solo.wait(0.001)
     assert solo.read("Present PWM") == 885
+
+
+def test_the_slope_of_the_manuals_example_at_12_v() -> None:
+    """PWM Slope(62) 255 in 3.955 mV/ms: full PWM after 12000 mV / 1008.47 mV/ms = 11.90 ms."""
+    solo = Solo("xc330-t288", voltage=12.0, Operating_Mode=16, PWM_Slope=255)
+    solo.set(Torque_Enable=1, Goal_PWM=885)
+    for millisecond in range(1, 12):
+        solo.wait(0.001)
+        assert solo.read("Present PWM") == pytest.approx(885 * millisecond / 11.90, abs=1)
+    solo.wait(0.001)
+    assert solo.read("Present PWM") == 885
+
+
+@pytest.mark.parametrize(("mode", "goal"), [(3, "Goal_Position"), (1, "Goal_Velocity")])
+def test_the_slope_holds_in_the_other_modes(mode: int, goal: str) -> None:
+    solo = Solo("xl330-m288", Operating_Mode=mode, PWM_Slope=14)
+    solo.axis.jam(on=True)
+    solo.set(Velocity_I_Gain=16_000, Velocity_P_Gain=16_000, Torque_Enable=1)
+    solo.set(**{goal: 400})
+    solo.wait(0.05)
+    sign = -1 if mode == 3 else 1
+    assert solo.read("Present PWM") == pytest.approx(sign * 50 * 885 / 180.6, abs=2)
+    solo.wait(0.2)
+    assert solo.read("Present PWM") == sign * 885

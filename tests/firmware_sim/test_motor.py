@@ -11,8 +11,6 @@ from firmware_sim.physics.kernel import (
     AMBIENT_TEMPERATURE,
     STATIC_FRICTION,
     STEP,
-    THERMAL_RESISTANCE,
-    THERMAL_TIME,
 )
 from firmware_sim.physics.plant import JointsPlant
 from firmware_sim.tables import MODEL_NAMES, find_model
@@ -176,8 +174,23 @@ def test_losses_warm_it_with_the_square_of_the_current(load: float) -> None:
     power = current**2 * motor.nominal_voltage / motor.stall_current
     for _ in range(2):
         rig.run(120.0)
-    rise = power * THERMAL_RESISTANCE * (1.0 - math.exp(-240.0 / THERMAL_TIME))
+    rise = power * 8.0 * (1.0 - math.exp(-240.0 / 240.0))  # an XM430: 8 K/W, 240 s
     assert rig.axis.temperature - AMBIENT_TEMPERATURE == pytest.approx(rise, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "resistance", "time"), [("xl330-m288", 21.98, 144.8), ("xm540-w270", 5.019, 303.0)]
+)
+def test_heat_goes_by_the_size_of_the_servo(name: str, resistance: float, time: float) -> None:
+    """18 g and 165 g against 82 g: 8 K/W times (m / 82 g)^(-2/3), 240 s times (m / 82 g)^(1/3)."""
+    rig = OneAxis(find_model(name).motor)
+    rig.axis.jam(on=True)
+    rig.axis.drive_duty(0.3)
+    rig.run(100.0)
+    losses = (0.3 * rig.motor.stall_current) ** 2
+    losses *= rig.motor.nominal_voltage / rig.motor.stall_current
+    rise = losses * resistance * (1.0 - math.exp(-100.0 / time))
+    assert rig.axis.temperature - 25.0 == pytest.approx(rise, rel=1e-3)
 
 
 def test_resting_warms_as_stepping_does() -> None:
@@ -188,7 +201,7 @@ def test_resting_warms_as_stepping_does() -> None:
         for axis in axes:
             axis.configure(DATA_SHEETS["xl430-w250"], TICK, 12.0)
         axes[1].jam(on=True)
-        axes[1].drive_duty(0.9)
+        axes[1].drive_duty(0.8)
         axes[0].drive_duty(float(first_runs))
         JointsPlant(axes, 0.0).advance(30_000)
         assert axes.settled is not first_runs

@@ -113,7 +113,7 @@ def test_a_standing_servo_slips_when_its_supply_sags() -> None:
     sagged = axes[0].angle
     assert axes[0].voltage < 11.0
     assert sagged < before - TICK
-    torque = axes[0].relative_torque * 4.1
+    torque = axes[0].current / 2.3 * 4.1
     assert torque == pytest.approx(2.0, abs=1.2 * 0.041)
 
 

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 
 from firmware_sim.physics.profile import Profile, ProfileType, time_profile, velocity_profile
 
+from .profiles import at
+
 VELOCITY_UNIT = 0.229 * 4096 / 60  # ticks/s of a count (e-Manual, "Profile Velocity(112)")
 ACCELERATION_UNIT = 214.577 * 4096 / 3600  # ticks/s^2 ("Profile Acceleration(108)")
 POSITIONS = st.floats(-1e5, 1e5)
@@ -19,24 +21,24 @@ def integral(profile: Profile, samples: int = 4000) -> float:
     the few samples that hold a corner.
     """
     step = profile.duration / samples
-    return sum(profile.at((i + 0.5) * step)[1] * step for i in range(samples))
+    return sum(at(profile, (i + 0.5) * step)[1] * step for i in range(samples))
 
 
 def test_a_profile_velocity_of_zero_is_a_step() -> None:
     profile = velocity_profile(0.0, 0.0, 500.0, 0.0, 30.0)
-    assert (profile.duration, profile.kind, profile.at(0.0)) == (
+    assert (profile.duration, profile.kind, at(profile, 0.0)) == (
         0.0,
         ProfileType.STEP,
         (500.0, 0.0),
     )
-    assert time_profile(0.0, 0.0, 500.0, 0.0, 0.3).at(0.0) == (500.0, 0.0)
+    assert at(time_profile(0.0, 0.0, 500.0, 0.0, 0.3), 0.0) == (500.0, 0.0)
 
 
 def test_without_acceleration_it_is_rectangular() -> None:
     profile = velocity_profile(100.0, 0.0, 500.0, 200.0, 0.0)
     assert (profile.duration, profile.kind) == (2.0, ProfileType.RECTANGULAR)
-    assert profile.at(0.5) == (200.0, 200.0)
-    assert velocity_profile(500.0, 0.0, 100.0, 200.0, 0.0).at(0.5) == (400.0, -200.0)
+    assert at(profile, 0.5) == (200.0, 200.0)
+    assert at(velocity_profile(500.0, 0.0, 100.0, 200.0, 0.0), 0.5) == (400.0, -200.0)
 
 
 def test_trapezoid_has_the_manuals_acceleration_time() -> None:
@@ -47,9 +49,9 @@ def test_trapezoid_has_the_manuals_acceleration_time() -> None:
     ramp = 64e-3 * velocity / acceleration
     assert profile.kind is ProfileType.TRAPEZOIDAL
     assert profile.duration == pytest.approx(ramp + 4000.0 / speed, rel=1e-3)
-    assert profile.at(ramp) == pytest.approx((0.5 * speed * ramp, speed), rel=1e-3)
-    assert profile.at(0.5 * ramp) == pytest.approx((0.125 * speed * ramp, 0.5 * speed), rel=1e-3)
-    assert profile.at(profile.duration - 0.5 * ramp)[0] == pytest.approx(
+    assert at(profile, ramp) == pytest.approx((0.5 * speed * ramp, speed), rel=1e-3)
+    assert at(profile, 0.5 * ramp) == pytest.approx((0.125 * speed * ramp, 0.5 * speed), rel=1e-3)
+    assert at(profile, profile.duration - 0.5 * ramp)[0] == pytest.approx(
         4000.0 - 0.125 * speed * ramp, rel=1e-3
     )
 
@@ -59,7 +61,7 @@ def test_a_short_way_makes_a_triangle() -> None:
     profile = velocity_profile(0.0, 0.0, 100.0, 1e4, 400.0)
     assert profile.kind is ProfileType.TRIANGULAR
     assert profile.duration == pytest.approx(2.0 * math.sqrt(100.0 / 400.0))
-    assert profile.at(0.5) == pytest.approx((50.0, math.sqrt(100.0 * 400.0)))
+    assert at(profile, 0.5) == pytest.approx((50.0, math.sqrt(100.0 * 400.0)))
 
 
 @pytest.mark.parametrize("ramp_ms", [0, 200, 400])
@@ -67,7 +69,7 @@ def test_a_time_based_profile_takes_its_time(ramp_ms: int) -> None:
     """Area of the trapezoid: peak = d / (T - t1)."""
     profile = time_profile(0.0, 0.0, 1000.0, 1.0, ramp_ms * 1e-3)
     assert profile.duration == pytest.approx(1.0)
-    assert profile.at(0.5) == pytest.approx((500.0, 1000.0 / (1.0 - ramp_ms * 1e-3)))
+    assert at(profile, 0.5) == pytest.approx((500.0, 1000.0 / (1.0 - ramp_ms * 1e-3)))
 
 
 def test_a_ramp_of_over_half_the_time_is_cut_to_half() -> None:
@@ -80,12 +82,12 @@ def test_velocity_profiles_arrive_from_any_start(
     start: float, velocity: float, goal: float, speed: float, acceleration: float
 ) -> None:
     profile = velocity_profile(start, velocity, goal, speed, acceleration)
-    at_start = profile.at(0.0)
+    at_start = at(profile, 0.0)
     assert at_start == pytest.approx((start, velocity), abs=1e-6) or profile.duration == 0.0
-    last, final = profile.at(profile.duration * (1.0 - 1e-12))
+    last, final = at(profile, profile.duration * (1.0 - 1e-12))
     assert last == pytest.approx(goal, abs=1e-3)
     assert final == pytest.approx(0.0, abs=1e-2)
-    fastest = max(abs(profile.at(profile.duration * i / 50)[1]) for i in range(51))
+    fastest = max(abs(at(profile, profile.duration * i / 50)[1]) for i in range(51))
     assert fastest <= max(speed, abs(velocity)) * (1.0 + 1e-9)
 
 

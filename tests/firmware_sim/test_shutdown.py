@@ -217,3 +217,25 @@ def test_the_led_blinks_every_second_after_a_shutdown(firmware: int, blinks: boo
 
 def test_a_model_without_an_led_shows_none() -> None:
     assert Solo("xw540-t140").servo.firmware.led == 0
+
+
+@pytest.mark.parametrize(("pwm", "errors"), [(788, 0), (805, HardwareError.OVERLOAD)])
+def test_nine_tenths_of_the_pwm_overload(pwm: int, errors: int) -> None:
+    """788 of 885 are 89.0 %, 805 are 91.0 %: what the horn could push with counts, not its cap."""
+    solo = Solo(PWM_Limit=pwm)
+    solo.axis.jam(on=True)
+    solo.set(**FAR)
+    solo.wait(1.9)
+    assert solo.read("Hardware Error Status") == 0
+    solo.wait(0.2)
+    assert solo.read("Hardware Error Status") == errors
+
+
+@pytest.mark.parametrize("name", ["xl330-m288", "xl330-m077", "xc330-t288"])
+def test_the_330_series_detects_no_encoder_error(name: str) -> None:
+    solo = Solo(name, Shutdown=0x3D)
+    solo.servo.raise_hardware_error(HardwareError.MOTOR_ENCODER)
+    solo.axis.stick_encoder(on=True)
+    solo.set(Torque_Enable=1, Goal_Position=2148)
+    solo.wait(0.5)
+    assert solo.read("Hardware Error Status") & HardwareError.MOTOR_ENCODER == 0

@@ -1,5 +1,7 @@
 """One servo under any sequence of instructions, against the manual's rules written down twice."""
 
+import math
+
 import hypothesis.strategies as st
 from hypothesis import settings
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
@@ -51,6 +53,8 @@ class AnyServo(RuleBasedStateMachine):
         self.solo = Solo(start_tick=1000)
         self.servo = self.solo.servo
         self.plain = PlainServo(TABLE)
+        self.stopped = False
+        """Whether the bus watchdog has stopped it where it was, since the torque came on."""
         self.look_at_the_horn()
 
     def look_at_the_horn(self) -> None:
@@ -142,6 +146,7 @@ class AnyServo(RuleBasedStateMachine):
         self.solo.wait(0.03)
         if watches and self.plain.values["Bus Watchdog"] == 1:
             self.plain.expire()
+            self.stopped = True
             if self.plain.values["Operating Mode"] not in LEADING:
                 self.look_at_the_horn()
         if self.plain.values["Bus Watchdog"] == 1:
@@ -211,6 +216,17 @@ class AnyServo(RuleBasedStateMachine):
         assert self.solo.axis.torque_on == bool(self.plain.values["Torque Enable"])
         if not self.solo.axis.torque_on:
             assert self.solo.read("Present PWM") == self.solo.read("Present Current") == 0
+            self.stopped = False
+
+    @invariant()
+    def no_goal_leads_out_of_the_limits(self) -> None:
+        now, axis = self.plain.values, self.solo.axis
+        low, high = now["Min Position Limit"], now["Max Position Limit"]
+        if now["Operating Mode"] != 3 or not axis.torque_on or self.stopped or low > high:
+            return
+        ticks = round(axis.reference_goal / (2.0 * math.pi) * 4096)
+        led = (-ticks if now["Drive Mode"] & 1 else ticks) + self.plain.offset()
+        assert any(low <= led + turn * 4096 <= high for turn in range(-300, 300))
 
 
 AnyServo.TestCase.settings = settings(max_examples=50, stateful_step_count=50, deadline=None)
