@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -15,6 +15,7 @@ from firmware_sim.tables import find_model
 
 _FACTORY: Mapping[str, int] = MappingProxyType({})
 _RATES_SHOWN = 12
+"""Of a model that has far more, most of which are of no use to anybody."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,13 +162,19 @@ def with_baud_rate(settings: ServoSettings, baud_rate: int) -> ServoSettings:
     codes = {rate: code for code, rate in settings.model.baud_rates.items()}
     nearest = min(codes, key=lambda rate: abs(rate - baud_rate))
     if not same_rate(nearest, baud_rate):
-        known = ", ".join(map(str, sorted(codes)))
-        if len(codes) > _RATES_SHOWN:  # most are of no use to anybody
-            known = ", ".join(map(str, sorted(codes, reverse=True)[:_RATES_SHOWN])) + ", ..."
+        known = rates_in_words(codes)
         raise RigError(
             f"baud = {baud_rate} is none of {settings.model.name}'s {known}", field="baud"
         )
     return settings.with_registers({"Baud Rate": codes[nearest]})
+
+
+def rates_in_words(rates: Iterable[int]) -> str:
+    """Return a model's baud rates, bit/s; of very many only the highest."""
+    known = sorted(rates)
+    if len(known) <= _RATES_SHOWN:
+        return ", ".join(map(str, known))
+    return ", ".join(map(str, known[: -_RATES_SHOWN - 1 : -1])) + ", ..."
 
 
 def with_protocol(settings: ServoSettings, protocol: int) -> ServoSettings:
@@ -217,6 +224,19 @@ def _check_register(model: ServoModel, name: str, value: object) -> None:
         raise RigError(f"{name!r} is no EEPROM register that {model.name} lets be set", field=name)
     if name == "ID":
         raise RigError("the ID is given by id, not as a register", field=name)
+    check_value(model, name, value)
+
+
+def check_value(model: ServoModel, name: str, value: object) -> None:
+    """Refuse what a register of a model cannot hold.
+
+    Raises
+    ------
+    RigError
+        If it is no whole number within the register's range, or one that the model has no use for:
+        a mode, a bit or a rate.
+    """
+    register = model.table[name]
     if type(value) is not int or not register.minimum <= value <= register.maximum:
         raise RigError(
             f"{name} = {value!r} is not a whole number from"

@@ -2,7 +2,7 @@
 
 It sleeps until something arrives or falls due; bytes leave at absolute times on the monotonic
 clock. What else is to be done (a trace to write, a table to show) is done in small pieces while
-the wire is idle, right after an answer has left.
+nothing is about to leave.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from typing import Protocol
 
 from firmware_sim.bus import Transmission
 from firmware_sim.clock import Clock, RealClock
+from firmware_sim.line import BITS_PER_BYTE
 from firmware_sim.pty_port import PtyPort
 from firmware_sim.simulation import Simulation, queue
 from firmware_sim.stopping import catch_stops
@@ -30,6 +31,20 @@ _HOUSEKEEPING = 0.02
 _BACKLOG = 0.05
 """How far the wire may be behind before no more is read, s: then the client's writes block, as they
 do at a real port, and nothing piles up here."""
+
+_CHUNK = 0.25
+"""How long the bytes that are read at once may take on the wire, s: at 50 bit/s no more than one is
+taken, so that what a client sends after it has changed the rate does not wait for minutes."""
+
+_LAST_WORDS = 0.2
+"""How long what a client sent before it closed the port may take on the wire, s; the rest is lost.
+A driver that lets go of its servos at the very end is heard."""
+
+_PAUSE = 0.5e-3
+"""How long nothing may be due for a chore to be done, s."""
+
+_CHORES_WAIT = 0.05
+"""How long chores wait at most for such a pause, s: a client that pipelines leaves none."""
 
 _SPIN = 40.0e-6
 """How long before a due time sleeping ends and waiting begins, s: a sleep ends about this late."""
@@ -94,6 +109,9 @@ class Server:
         self._chores = tuple(chores)
         self._clock: Clock = RealClock()
         self._due: deque[Transmission] = deque()
+        self._next_chore = 0
+        self._chored = 0.0
+        self._baud_rate = 0
         self._stopped = False
         self._wake_read, self._wake_write = os.pipe()
         os.set_blocking(self._wake_write, False)
@@ -130,8 +148,12 @@ class Server:
         now = self._clock.now()
         backlog = self._simulation.wire_free - now - _BACKLOG
         watched = self._always
-        if backlog <= 0.0 and self._port.plugged:
-            watched = [*watched, self._port.master]
+        if self._port.plugged:
+            watched = [*watched, *self._port.comings]
+            if backlog <= 0.0:
+                watched.append(self._port.master)
+            else:
+                self._follow_rate(now)
         for guest in self._guests:
             watched = [*watched, *guest.descriptors()]
         ready = select.select(watched, [], [], self._patience(now, backlog))[0]
@@ -141,10 +163,11 @@ class Server:
             queue(self._due, self._simulation.advance(self._clock.now()))
         self._follow_plug()
         self._speak()
-        if not self._due:
-            self._do_chores()
+        self._do_chores()
 
     def _hear(self, ready: list[int]) -> None:
+        if not set(self._port.comings).isdisjoint(ready) and self._port.left():
+            self._hang_up()
         if self._port.master in ready:
             self._listen()
             if len(ready) == 1:
@@ -163,13 +186,13 @@ class Server:
         if self._due:
             moment, count = self._next_batch(now)
             wake = moment - self._margin(count)
-        else:
-            if self._simulation.moving:
-                wake = now + _HOUSEKEEPING
+        elif self._simulation.moving:
+            wake = now + _HOUSEKEEPING
+        if self._may_do_chores(now):
             for chore in self._chores:
                 wake = min(wake, chore.next_due)
         if backlog > 0.0:
-            wake = min(wake, now + backlog)
+            wake = min(wake, now + min(backlog, _BACKLOG))
         event = self._simulation.next_event
         if event is not None:
             wake = min(wake, event)
@@ -191,10 +214,41 @@ class Server:
         return _SPIN if count == len(self._due) else 0.0
 
     def _listen(self) -> None:
-        chunk = self._port.read()
-        if chunk:
-            now = self._clock.now()
-            queue(self._due, self._simulation.receive(chunk, now, self._port.baud_rate))
+        now = self._clock.now()
+        self._follow_rate(now)
+        chunk = self._port.read(max(1, int(_CHUNK * self._baud_rate / BITS_PER_BYTE)))
+        if self._port.left():
+            self._hang_up(chunk)
+        else:
+            self._take(chunk, now)
+
+    def _take(self, chunk: bytes, now: float) -> None:
+        """Let the servos hear bytes; at 0 bit/s a line is hung up, and nothing gets through."""
+        if chunk and self._baud_rate:
+            queue(self._due, self._simulation.receive(chunk, now, self._baud_rate))
+
+    def _follow_rate(self, now: float) -> None:
+        """Forget bytes on the wire when the client listens at another rate."""
+        rate = self._port.baud_rate
+        if rate != self._baud_rate:
+            self._baud_rate = rate
+            self._due.clear()
+            self._simulation.free_wire(now)
+
+    def _hang_up(self, heard: bytes = b"") -> None:
+        """Forget a client that has closed the port, but for its last words."""
+        alone, words = self._port.let_in()
+        self._port.forget_unread()
+        now = self._clock.now()
+        self._follow_rate(now)
+        self._due.clear()
+        self._simulation.hang_up(now)
+        for chunk in (heard, *words):
+            if not alone or self._simulation.wire_free < now + _LAST_WORDS:
+                self._take(chunk, now)
+        if alone:
+            self._due.clear()
+            self._simulation.hang_up(now)
 
     def _speak(self) -> None:
         """Send what is due, waiting for what is about to be."""
@@ -215,11 +269,23 @@ class Server:
         if self._due and not self._port.plugged:
             self._due.clear()
 
+    def _may_do_chores(self, now: float) -> bool:
+        """Return whether there is time enough, or chores have waited for long enough."""
+        if not self._due or self._due[0].due - now > _PAUSE:
+            return True
+        return now - self._chored > _CHORES_WAIT
+
     def _do_chores(self) -> None:
+        """Do a piece of one of the chores that are due, each in its turn."""
         now = self._clock.now()
-        for chore in self._chores:
-            if chore.next_due <= now:
-                chore.work(now)
+        if not self._may_do_chores(now):
+            return
+        for place in range(len(self._chores)):
+            turn = (self._next_chore + place) % len(self._chores)
+            if self._chores[turn].next_due <= now:
+                self._chores[turn].work(now)
+                self._next_chore = turn + 1
+                self._chored = now
                 return
 
 

@@ -10,14 +10,17 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 from firmware_sim.bus import Bus, Transmission
 from firmware_sim.faults.fault import Fault, Line, Piece, Site
+from firmware_sim.faults.identity import own_settings
 from firmware_sim.faults.parsing import parse_fault
 from firmware_sim.faults.roster import Roster, Strike
 from firmware_sim.faults.seam import Seam
 from firmware_sim.faults.spec import FaultSpec
 from firmware_sim.line import wire_time
+from firmware_sim.servo import Servo
 
 
 class Simulation:
@@ -178,6 +181,28 @@ class Simulation:
         """Bring everything to a time, s; what leaves by itself waits for `advance` or `receive`."""
         self._wake_up_to(when)
         self.bus.advance(when)
+
+    def snapshot(self, servo: Servo) -> dict[str, Any]:
+        """Return what survives of a servo without power, and without the faults in force.
+
+        As `Servo.snapshot`; a fault's baud rate or ID is none that the servo would keep.
+        """
+        snapshot = servo.snapshot()
+        snapshot["eeprom"].update(own_settings(self._site, servo))
+        return snapshot
+
+    def free_wire(self, when: float) -> None:
+        """Let nothing be on the wire any more after a time, s: the client has changed its rate."""
+        self.bus.wire_free = min(self.bus.wire_free, when)
+
+    def hang_up(self, when: float) -> None:
+        """Forget, at a time in s, what is on its way between the servos and a client that is gone.
+
+        What servos and faults do goes on.
+        """
+        self.free_wire(when)
+        self._seam.reset()
+        self._spoken.clear()
 
     def _line(self, size: int, when: float, baud_rate: float) -> Line:
         begin = max(when, self.bus.wire_free)

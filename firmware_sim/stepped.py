@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 from collections import deque
 from collections.abc import Sequence
 
@@ -37,9 +38,30 @@ class SteppedPort:
             simulation = Simulation(simulation, start=clock.now())
         self.simulation = simulation
         self.clock = clock
-        self.baud_rate = baud_rate
         self._due: deque[Transmission] = deque()
         self._arrived = bytearray()
+        self.baud_rate = baud_rate
+
+    @property
+    def baud_rate(self) -> float:
+        """The client's, bit/s; when it is set to another, answers on their way are lost.
+
+        Raises
+        ------
+        ValueError
+            When it is set to what is no rate: not above 0, as on a line that is hung up.
+        """
+        return self._baud_rate
+
+    @baud_rate.setter
+    def baud_rate(self, baud_rate: float) -> None:
+        if not 0.0 < baud_rate < math.inf:
+            raise ValueError(f"a baud rate is above 0 bit/s, not {baud_rate!r}")
+        if baud_rate != getattr(self, "_baud_rate", baud_rate):
+            self.in_waiting()
+            self._due.clear()
+            self.simulation.free_wire(self.clock.now())
+        self._baud_rate = baud_rate
 
     @property
     def bus(self) -> Bus:

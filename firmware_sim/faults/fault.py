@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from random import Random
 from typing import ClassVar, Protocol
@@ -67,6 +67,15 @@ class Talk(Protocol):
         """Put them there at a time in s, at a rate in bit/s."""
 
 
+class Log(Protocol):
+    """Keeps record of what faults do."""
+
+    def __call__(
+        self, fault: Fault, when: float, servo_id: int | None, detail: str, *, ends: bool = False
+    ) -> None:
+        """Keep that a fault struck, or ended, at a time in s."""
+
+
 @dataclass(slots=True)
 class Site:
     """What faults can reach.
@@ -115,7 +124,7 @@ class Fault:
     """Whether it strikes requests, which must be cut into packets for it."""
 
     site: Site
-    log: Callable[[Fault, float, int | None, str], None]
+    log: Log
     number = 0
     """Which of the faults injected so far it is."""
     begin = 0.0

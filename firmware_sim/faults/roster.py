@@ -47,6 +47,7 @@ class Strike:
     number: int
     servo_id: int | None
     detail: str
+    ends: bool = False
 
     def __str__(self) -> str:
         servo = "" if self.servo_id is None else f" servo {self.servo_id}"
@@ -76,7 +77,7 @@ class Roster:
         self.faults: list[Fault] = []
         self.log: deque[Strike] = deque(maxlen=LOG_CAP)
         self.struck: Counter[str] = Counter()
-        """How often faults of each name struck since the start."""
+        """How often faults of each name struck since the start; their ends are not counted."""
         self._site = site
         self._seed = seed
         self._report = report
@@ -137,11 +138,14 @@ class Roster:
             fault.stop(now)
         return bool(spent)
 
-    def _note(self, fault: Fault, when: float, servo_id: int | None, detail: str) -> None:
+    def _note(
+        self, fault: Fault, when: float, servo_id: int | None, detail: str, *, ends: bool = False
+    ) -> None:
         time = when - self._site.start
         name = fault.spec.kind.name
-        strike = Strike(int(time / TICK + 1.0e-6), time, name, fault.number, servo_id, detail)
+        tick = int(time / TICK + 1.0e-6)
+        strike = Strike(tick, time, name, fault.number, servo_id, detail, ends)
         self.log.append(strike)
-        self.struck[name] += 1
+        self.struck[name] += not ends
         if self._report is not None:
             self._report(strike)

@@ -22,6 +22,7 @@ from firmware_sim.errors import FaultError
 from firmware_sim.faults.argument import ArgumentError
 from firmware_sim.faults.parsing import check_fault
 from firmware_sim.faults.spec import FaultSpec
+from firmware_sim.files import read_capped
 
 FILE_SIZE_CAP = 1_000_000
 """Largest scenario, bytes."""
@@ -80,8 +81,7 @@ def read_scenario(path: Path) -> Scenario:
         impossible.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(FILE_SIZE_CAP + 1)
+        content = read_capped(path, FILE_SIZE_CAP)
     except OSError as error:
         raise ScenarioError(f"{path} cannot be read: {error.strerror}", str(path)) from error
     if len(content) > FILE_SIZE_CAP:
@@ -124,8 +124,8 @@ def check_seed(seed: int) -> int:
     FaultError
         If it is negative or too large.
     """
-    if not 0 <= seed <= SEED_CAP:
-        raise FaultError(f"a seed goes from 0 to {SEED_CAP}")
+    if type(seed) is not int or not 0 <= seed <= SEED_CAP:
+        raise FaultError(f"a seed goes from 0 to {SEED_CAP}, in whole numbers")
     return seed
 
 

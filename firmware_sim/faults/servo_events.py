@@ -6,10 +6,14 @@ from random import Random
 from typing import ClassVar
 
 from firmware_sim.codes import CLEAR_MULTI_TURN, HardwareError, StatusError
+from firmware_sim.errors import FaultError
 from firmware_sim.faults.argument import Argument
 from firmware_sim.faults.spec import FaultKind, FaultSpec
 from firmware_sim.faults.striking import EventFault
 from firmware_sim.servo import Servo
+
+_OLDER = (HardwareError.INPUT_VOLTAGE, HardwareError.OVERHEATING, HardwareError.OVERLOAD)
+"""What servos of other families than X can report (e-Manual: AX-12A, MX-28, XL-320, Shutdown)."""
 
 _RETRY = 0.01
 """How often a moving servo is looked at, s."""
@@ -82,6 +86,16 @@ class HardwareFailure(ServoEvent):
     """A servo finds something wrong with its hardware."""
 
     error: ClassVar[HardwareError]
+
+    def check(self) -> None:
+        """See that such servos have a name for it."""
+        super().check()
+        if not any(map(self._knows, self.site.chosen(self.spec.servo_id))):
+            name = self.spec.kind.name
+            raise FaultError(f"{name}: no such servo can report it, so that nothing would happen")
+
+    def _knows(self, servo: Servo) -> bool:
+        return servo.model.family == "x" or self.error in _OLDER
 
     def happen(self, servo: Servo) -> str:
         """Raise the error; a servo set to shut down for it does."""

@@ -154,7 +154,7 @@ class StateFault(Fault):
     def _leave(self, when: float) -> None:
         self.on = False
         self.leave(when)
-        self.log(self, when, self.spec.servo_id, "ends")
+        self.log(self, when, self.spec.servo_id, "ends", ends=True)
 
     def spent(self, _when: float) -> bool:
         """Return whether it is over and does not come again."""
