@@ -7,12 +7,16 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from firmware_sim.observed import Heard, Said
 from firmware_sim.packet import BROADCAST_ID
 from firmware_sim.pty_port import PtyPort
 from firmware_sim.server import Chore, Guest
 from firmware_sim.simulation import Simulation
+
+if TYPE_CHECKING:
+    from firmware_sim.state_file import StateKeeper
 
 _COMPLAINT_PERIOD = 1.0  # s
 
@@ -58,29 +62,30 @@ class Attachments:
         self._stack.callback(control.close)
         self.guests.append(control)
 
-    def keep_state(self, path: Path) -> None:
-        """Keep what the servos remember in a file.
+    def write_files(self, state: Path | None, *, trace: bool) -> None:
+        """Keep what the servos remember in a file, and write the trace of a `TracedSimulation`.
 
         Raises
         ------
         OutputError
-            If it cannot be written.
+            If one of them cannot be written; neither has been made then.
         """
+        keeper = None if state is None else self._make_keeper(state)
+        if trace:
+            self._write_trace()
+        if keeper is not None:
+            keeper.begin()
+            self._stack.callback(keeper.close)
+            self.chores.append(keeper)
+            self.complaints.append(lambda: keeper.problem)
+
+    def _make_keeper(self, path: Path) -> StateKeeper:
         from firmware_sim.state_file import StateKeeper  # noqa: PLC0415 - not for most
 
-        keeper = StateKeeper(path, self._simulation.bus.servos, self._names)
-        self._stack.callback(keeper.close)
-        self.chores.append(keeper)
-        self.complaints.append(lambda: keeper.problem)
+        simulation = self._simulation
+        return StateKeeper(path, simulation.bus.servos, self._names, simulation.snapshot)
 
-    def write_trace(self) -> None:
-        """Write the trace of a `TracedSimulation`.
-
-        Raises
-        ------
-        OutputError
-            If its file cannot be made.
-        """
+    def _write_trace(self) -> None:
         from firmware_sim.trace import TracedSimulation  # noqa: PLC0415 - not for most
 
         if not isinstance(self._simulation, TracedSimulation):

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from firmware_sim.errors import ControlError, OutputError
+from firmware_sim.files import read_capped
 
 SCHEMA = "firmware-sim-control-1"
 
@@ -69,8 +70,7 @@ def read_control_file(path: Path) -> ControlAddress:
         If there is none, or it is not one.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(_FILE_SIZE_CAP + 1)
+        content = read_capped(path, _FILE_SIZE_CAP)
     except OSError as error:
         raise ControlError(
             f"{path} cannot be read ({error.strerror}): is a simulator running with"
@@ -97,11 +97,11 @@ def remove_control_file(path: Path, address: ControlAddress) -> None:
 
 def _remove_stale(path: Path) -> None:
     """Remove a control file whose simulator does not listen any more."""
-    if path.is_symlink() or not path.is_file():
-        return
     try:
+        if path.is_symlink():
+            return
         address = read_control_file(path)
-    except ControlError:
+    except (ControlError, OSError):  # an impossible name, too: it is refused later
         return
     try:
         address.connect(_PATIENCE).close()

@@ -22,11 +22,13 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from firmware_sim.errors import RigError
+from firmware_sim.files import read_capped
 from firmware_sim.rig import Rig, ServoSettings, Supply
 from firmware_sim.rig_table import read_number, read_table
 
@@ -35,6 +37,10 @@ FACTORY: Mapping[str, int] = MappingProxyType({})
 
 SET_UP: Mapping[str, int] = MappingProxyType({"baud": 1_000_000, "return_delay_us": 0})
 """How an arm's set-up leaves its servos: what a description means where it does not say."""
+
+_TABLES = ("supply", "plant", "servo")
+_CLOSE = 0.75
+"""How like one of them a name is that is taken for a slip: servos, Supply, plants."""
 
 _FILE_SIZE_CAP = 1_000_000  # bytes; an arm's description is a few thousand
 
@@ -62,6 +68,7 @@ def read_rig(path: Path, defaults: Mapping[str, int] = FACTORY) -> Rig:
     """
     file = str(path)
     document = tables_of(path)
+    _refuse_slips(document, file)
     tables = document.get("servo")
     if not isinstance(tables, list) or not tables:
         raise RigError(f"{file} has no [[servo]] table", file, 0, "servo")
@@ -71,6 +78,14 @@ def read_rig(path: Path, defaults: Mapping[str, int] = FACTORY) -> Rig:
         return Rig(servos, _read_supply(document), _read_bodies(document, path.parent))
     except RigError as error:
         raise RigError(f"{file}: {error}", file, 0, error.field) from None
+
+
+def _refuse_slips(document: Mapping[str, Any], file: str) -> None:
+    """Refuse tables whose names are nearly those of a rig file's."""
+    for name in document:
+        meant = get_close_matches(name.lower(), _TABLES, 1, _CLOSE)
+        if meant and name not in _TABLES:
+            raise RigError(f"{file}: unknown table {name!r}; did you mean {meant[0]}?", file)
 
 
 def tables_of(path: Path) -> dict[str, Any]:
@@ -90,11 +105,12 @@ def tables_of(path: Path) -> dict[str, Any]:
 
 def _read_text(path: Path) -> str:
     try:
-        if path.stat().st_size > _FILE_SIZE_CAP:
-            raise RigError(f"{path} is larger than {_FILE_SIZE_CAP} bytes", str(path))
-        return path.read_text(encoding="utf-8")
+        content = read_capped(path, _FILE_SIZE_CAP)
     except OSError as error:
         raise RigError(f"{path} cannot be read: {error.strerror}", str(path)) from error
+    if len(content) > _FILE_SIZE_CAP:
+        raise RigError(f"{path} is larger than {_FILE_SIZE_CAP} bytes", str(path))
+    return content.decode("utf-8")
 
 
 def _check_ids(servos: Sequence[ServoSettings], file: str) -> None:

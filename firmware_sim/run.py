@@ -8,10 +8,11 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, NoReturn
 
-from firmware_sim.errors import RigError
+from firmware_sim.errors import OutputError, RigError
 from firmware_sim.rig import (
     Rig,
     ServoSettings,
@@ -30,6 +31,14 @@ if TYPE_CHECKING:
     from firmware_sim.state_file import SavedState
 
 _MAX_RETURN_DELAY = 254
+
+_OPTIONS = {"baud": "Baud Rate", "return_delay": "Return Delay Time", "protocol": "Protocol Type"}
+"""Options, and the registers that they set."""
+
+_OVERRIDDEN_SHOWN = 5
+
+_FILES = ("rig", "scenario", "state", "trace", "control", "link")
+"""Options that name a file; one file cannot be two of them."""
 
 _QUIET_START = 3.0
 """A start that takes longer explains itself, s."""
@@ -87,12 +96,32 @@ def serve(arguments: argparse.Namespace) -> None:
     SimulatorError
         If what they ask for is not possible; nothing has been made then.
     """
+    check_files(arguments)
     rig = choose_rig(arguments)
     catch_stops(_leave)
     with ExitStack() as stack:
         with _explained():
             server, port = _prepare(rig, arguments, stack)
         server.run(lambda: _announce(port.name, rig.servos))
+
+
+def check_files(arguments: argparse.Namespace) -> None:
+    """Refuse options that name one file: one of them would be overwritten.
+
+    Raises
+    ------
+    OutputError
+        If two do.
+    """
+    owners: dict[Path, str] = {}
+    for option in _FILES:
+        path = getattr(arguments, option)
+        if path is None:
+            continue
+        whole = path.parent.resolve() / path.name if option == "link" else path.resolve()
+        owner = owners.setdefault(whole, option)
+        if owner != option:
+            raise OutputError(f"{path} cannot be both --{owner} and --{option}", str(path))
 
 
 def _leave(_number: int, _frame: FrameType | None) -> NoReturn:
@@ -109,7 +138,7 @@ def _prepare(rig: Rig, arguments: argparse.Namespace, stack: ExitStack) -> tuple
     from firmware_sim.server import Server  # noqa: PLC0415
 
     faults, seed = choose_faults(arguments)
-    state = _read_state(rig, arguments)
+    state = _read_state(rig, arguments, stack)
     mujoco = arguments.plant == "mujoco"
     warm_up(rig, mujoco)
     simulation = build_simulation(
@@ -134,22 +163,44 @@ def _prepare(rig: Rig, arguments: argparse.Namespace, stack: ExitStack) -> tuple
 def _attach(attachments: Attachments, arguments: argparse.Namespace) -> None:
     if arguments.control:
         attachments.open_control(arguments.control)
-    if arguments.trace:
-        attachments.write_trace()
-    if arguments.state:
-        attachments.keep_state(arguments.state)
+    attachments.write_files(arguments.state, trace=bool(arguments.trace))
     if not arguments.no_table and sys.stderr.isatty():
         attachments.show_table()
     elif attachments.complaints:
         attachments.complain()
 
 
-def _read_state(rig: Rig, arguments: argparse.Namespace) -> SavedState | None:
+def _read_state(rig: Rig, arguments: argparse.Namespace, stack: ExitStack) -> SavedState | None:
+    """Return what the servos remember, but for what the command line says itself."""
     if not arguments.state:
         return None
-    from firmware_sim.state_file import read_state  # noqa: PLC0415 - not for most
+    from firmware_sim.state_file import lock_state, read_state  # noqa: PLC0415 - not for most
 
-    return read_state(arguments.state, [servo.name for servo in rig.servos])
+    arguments.state = arguments.state.resolve()
+    stack.callback(lock_state(arguments.state).close)
+    state = read_state(arguments.state, [servo.name for servo in rig.servos])
+    if state is None:
+        return None
+    given = {name for option, name in _OPTIONS.items() if getattr(arguments, option) is not None}
+    own = [
+        {name: value for name, value in _settings_of(servo).items() if name in given}
+        for servo in rig.servos
+    ]
+    state = state.with_registers(own)
+    overridden = state.differences([{"ID": s.servo_id, **s.registers} for s in rig.servos])
+    if overridden:
+        shown = "; ".join(overridden[:_OVERRIDDEN_SHOWN])
+        more = len(overridden) - _OVERRIDDEN_SHOWN
+        tail = f"; and {more} more" if more > 0 else ""
+        print(f"firmware-sim: as {arguments.state} says: {shown}{tail}", file=sys.stderr)
+    return state
+
+
+def _settings_of(servo: ServoSettings) -> dict[str, int]:
+    """Return the registers of a servo that the command line may set, as they are to be."""
+    table = servo.model.table.by_name
+    defaults = {name: table[name].default for name in _OPTIONS.values() if name in table}
+    return {**defaults, **servo.registers}
 
 
 def choose_faults(arguments: argparse.Namespace) -> tuple[list[FaultSpec], int]:

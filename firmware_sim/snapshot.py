@@ -9,6 +9,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from firmware_sim.control_table import Access, Area, ControlTable
+from firmware_sim.errors import RigError
+from firmware_sim.model import ServoModel
+from firmware_sim.rig import check_value
 
 if TYPE_CHECKING:
     from firmware_sim.servo import Servo
@@ -46,10 +49,9 @@ def put_snapshot(servo: Servo, snapshot: Mapping[str, Any]) -> None:
     )
     if model != servo.model.name:
         raise ValueError(f"the state is of a {model!r}, the servo is a {servo.model.name}")
-    table = servo.model.table
-    _check(table, eeprom, set(_kept(table)), "eeprom")
+    _check(servo.model, eeprom, set(_kept(servo.model.table)), "eeprom")
     if backup is not None:
-        _check(table, backup, servo.backed_up.names, "backup")
+        _check(servo.model, backup, servo.backed_up.names, "backup")
     if type(angle) not in (int, float) or not abs(angle) <= _FARTHEST:
         raise ValueError(f"angle = {angle!r} is not a number of radians")
     for name, value in eeprom.items():
@@ -66,10 +68,11 @@ def _kept(table: ControlTable) -> list[str]:
     ]
 
 
-def _check(table: ControlTable, values: object, names: set[str], where: str) -> None:
+def _check(model: ServoModel, values: object, names: set[str], where: str) -> None:
     if not isinstance(values, dict) or not set(values) <= names:
         raise ValueError(f"{where} holds something else than registers of this model")
     for name, value in values.items():
-        register = table[name]
-        if type(value) is not int or not register.minimum <= value <= register.maximum:
-            raise ValueError(f"{where}: {name} = {value!r} is outside its range")
+        try:
+            check_value(model, name, value)
+        except RigError as error:
+            raise ValueError(f"{where}: {error}") from None

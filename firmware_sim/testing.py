@@ -17,10 +17,12 @@ from __future__ import annotations
 import select
 import subprocess
 import sys
+from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from threading import Thread
 from typing import Any
 
 from firmware_sim.control_client import send
@@ -35,6 +37,9 @@ __all__ = [
     "simulated",
     "stepped",
 ]
+
+_WORDS_KEPT = 100
+"""Lines of standard error that are kept."""
 
 _START_PATIENCE = 60.0
 _STOP_PATIENCE = 5.0
@@ -55,13 +60,42 @@ class SimulatorProcess:
     """
 
     def __init__(self, *arguments: str) -> None:
-        command = [sys.executable, "-m", "firmware_sim", *arguments, "--exit-with-stdin"]
+        self._words: deque[str] = deque(maxlen=_WORDS_KEPT)
+        own = () if "--no-table" in arguments else ("--no-table",)
+        command = [sys.executable, "-m", "firmware_sim", *arguments, *own, "--exit-with-stdin"]
+        # In a session of its own, so that Ctrl-C is for the tests alone.
         self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
         )
+        self._listener = Thread(target=self._listen, name="last words", daemon=True)
+        self._listener.start()
         self.port = self._first_line()
         if not self.port:
-            raise SimulatorStartError(f"no port from {' '.join(command)}", self.stop())
+            status = self.stop()
+            raise SimulatorStartError(
+                f"no port from {' '.join(command)}: {self.last_words or 'it said nothing'}", status
+            )
+
+    @property
+    def last_words(self) -> str:
+        """The last line that it wrote to standard error, empty for none."""
+        return self._words[-1] if self._words else ""
+
+    @property
+    def messages(self) -> list[str]:
+        """The last lines that it wrote to standard error."""
+        return list(self._words)
+
+    def _listen(self) -> None:
+        """Take what it says: a pipe that nobody reads would hold it up in the end."""
+        if self.process.stderr is not None:
+            for line in self.process.stderr:
+                self._words.append(line.rstrip())
 
     def _first_line(self) -> str:
         stdout = self.process.stdout
@@ -75,10 +109,14 @@ class SimulatorProcess:
             if pipe is not None:
                 pipe.close()
         try:
-            return self.process.wait(_STOP_PATIENCE)
+            status = self.process.wait(_STOP_PATIENCE)
         except subprocess.TimeoutExpired:
             self.process.kill()
-            return self.process.wait()
+            status = self.process.wait()
+        self._listener.join()
+        if self.process.stderr is not None:
+            self.process.stderr.close()
+        return status
 
 
 @contextmanager
@@ -211,7 +249,7 @@ def simulated(
     Raises
     ------
     SimulatorStartError
-        If it does not start; what is wrong is on standard error.
+        If it does not start; says what is wrong.
     """
     command = ["--servo", *servos] if servos else []
     for name, value in (

@@ -16,6 +16,7 @@ from firmware_sim.bus import GAP_TIME, Bus, Transmission
 from firmware_sim.faults.roster import Strike
 from firmware_sim.faults.spec import FaultSpec
 from firmware_sim.observed import Heard, Said
+from firmware_sim.parser import DamagedPacket
 from firmware_sim.simulation import Simulation
 from firmware_sim.trace_file import TraceFile
 from firmware_sim.trace_text import Narrator
@@ -23,7 +24,17 @@ from firmware_sim.trace_text import Narrator
 RECORD_CAP = 50_000
 """Most things kept until there is time to make lines of them: several seconds of a full bus."""
 
+_HEADER = b"\xff\xff\xfd\x00"
+_LACKS_STUFFING = "a header within it: stuffing missing?"
+_HEAD_SIZE = 8  # bytes of a frame of protocol 2.0 before its parameters
+
 _PIECE = 200.0e-6  # s of work at a time
+_SPOKEN_CAP = 1000
+"""Answers kept to compare with what the client gets; a broadcast has at most 253."""
+
+_EXCHANGE_CAP = 1000
+"""Lines of one exchange that are put in order."""
+
 _PENDING_CAP = 8192  # bytes of the client kept to find those that were in no frame
 
 
@@ -76,6 +87,7 @@ class Trace:
         self._baud_rate = 0.0
         self._pending = b""  # what the client sent and was in no frame yet
         self._spoken: list[bytes] = []  # what the servos said since the client sent something
+        self._exchange: list[str] = []  # lines since the client got something
         self._lost_said = 0
         bus.observers.append(self.note)
         names = ", ".join(f"{servo.model.name}:{servo.servo_id}" for servo in bus.servos)
@@ -117,7 +129,10 @@ class Trace:
         end = now + _PIECE
         lines = []
         while self._records and time.monotonic() < end:
-            lines += self._lines_of(self._records.popleft())
+            lines += self._in_order(self._records.popleft())
+        if not self._records:
+            lines += sorted(self._exchange, key=_time_of)
+            self._exchange = []
         if self.lost_records > self._lost_said:
             lines.append(f"# {self.lost_records - self._lost_said} packets are missing here\n")
             self._lost_said = self.lost_records
@@ -132,11 +147,23 @@ class Trace:
             self.file.write("".join(self._no_frame(self._pending)))
         self.file.close()
 
+    def _in_order(self, record: _Record) -> list[str]:
+        """Return the lines of an exchange, in order of their times, once it is over."""
+        self._exchange += self._lines_of(record)
+        if not isinstance(record, _Got) and len(self._exchange) < _EXCHANGE_CAP:
+            return []
+        done, self._exchange = self._exchange, []
+        return sorted(done, key=_time_of)
+
     def _lines_of(self, record: _Record) -> list[str]:
         if isinstance(record, Heard):
-            return [*self._unused(record), self._narrator.heard(record)]
+            lines = [*self._unused(record), self._narrator.heard(record)]
+            if isinstance(record.packet, DamagedPacket) and _lacks_stuffing(record.data):
+                lines.append(self._narrator.line(record.when, "??", _LACKS_STUFFING))
+            return lines
         if isinstance(record, Said):
             self._spoken.append(record.data)
+            del self._spoken[:-_SPOKEN_CAP]
             return [self._narrator.said(record)]
         if isinstance(record, _Sent):
             return self._take(record)
@@ -164,6 +191,8 @@ class Trace:
 
     def _no_frame(self, data: bytes) -> list[str]:
         words = f"{len(data)} bytes in no frame, at {self._baud_rate:.0f} bit/s"
+        if _lacks_stuffing(data):
+            words += f"; {_LACKS_STUFFING}"
         return [self._narrator.line(self._sent_at, "??", words, data)]
 
     def _changed(self, got: _Got) -> list[str]:
@@ -200,7 +229,7 @@ class TracedSimulation(Simulation):
     def advance(self, when: float) -> list[Transmission]:
         """Bring everything to a time, s; return what left without a request of the client."""
         sent = super().advance(when)
-        if sent:
+        if sent or self.unplugged:  # what servos say into a port that is gone gets nowhere
             self.trace.got(sent)
         return sent
 
@@ -212,8 +241,19 @@ class TracedSimulation(Simulation):
         return answers
 
 
+def _lacks_stuffing(data: bytes) -> bool:
+    """Return whether bytes begin as a frame of protocol 2.0 and have a header further on."""
+    return data.startswith(_HEADER) and _HEADER[:3] in data[_HEAD_SIZE:]
+
+
+def _time_of(line: str) -> float:
+    return float(line.split(maxsplit=1)[0])
+
+
 def strike_words(strike: Strike) -> str:
     """Return what a fault did, without the time."""
     servo = "" if strike.servo_id is None else f" at servo {strike.servo_id}"
     detail = f": {strike.detail}" if strike.detail else ""
-    return f"fault {strike.number} {strike.name} strikes{servo}{detail}"
+    if strike.ends:
+        return f"tick {strike.tick}: fault {strike.number} {strike.name} ends{servo}"
+    return f"tick {strike.tick}: fault {strike.number} {strike.name} strikes{servo}{detail}"

@@ -1,6 +1,7 @@
 """The command ``firmware-sim`` as a process: its port, its link, its end, and bad input."""
 
 import os
+import pty
 import re
 import signal
 import subprocess
@@ -174,13 +175,74 @@ def test_the_clients_baud_rate_counts(client: int) -> None:
         assert answer.startswith(b"\xff\xff\xfd\x00\x01") == (client == 4_000_000)
 
 
-def test_a_refused_start_leaves_no_file_at_all(tmp_path: Path) -> None:
-    """The link is taken: so nothing else may be there either, nor may the state be touched."""
+@pytest.mark.parametrize("option", ["link", "state", "trace", "control", "scenario"])
+@pytest.mark.parametrize("trouble", ["taken", "no/folder", "x" * 300])
+def test_a_refused_start_leaves_no_file_at_all(tmp_path: Path, option: str, trouble: str) -> None:
+    """One file cannot be: so none of the others may be there either."""
     taken = tmp_path / "taken"
-    taken.write_text("mine")
-    files = [f"--{name}={tmp_path / name}" for name in ("state", "trace", "control")]
-    refused("--servo", "xm430-w350:1", "--link", str(taken), *files)
+    taken.mkdir()
+    files = {name: tmp_path / name for name in ("state", "trace", "control", "link")}
+    files[option] = tmp_path / trouble
+    given = [f"--{name}={path}" for name, path in files.items()]
+    assert str(files[option]) in refused("--servo", "xm430-w350:1", *given)
     assert [entry.name for entry in tmp_path.iterdir()] == ["taken"]
+
+
+@pytest.mark.parametrize("one", ["rig", "scenario", "state", "control"])
+@pytest.mark.parametrize("other", ["trace", "link"])
+def test_one_file_cannot_be_two(tmp_path: Path, one: str, other: str) -> None:
+    """Also by another name: what is read would be overwritten."""
+    files = {name: tmp_path / name for name in (one, "rig")}
+    files["rig"].write_text('[[servo]]\nid = 1\nmodel = "xm430-w350"\n')
+    (tmp_path / "scenario").write_text("seed = 3\n")
+    before = {entry: entry.read_text() for entry in tmp_path.iterdir()}
+    files[other] = tmp_path / ".." / tmp_path.name / one
+    says = refused(*(f"--{name}={path}" for name, path in files.items()))
+    assert "cannot be both" in says
+    assert f"--{one}" in says
+    assert f"--{other}" in says
+    assert {entry: entry.read_text() for entry in tmp_path.iterdir()} == before
+
+
+def test_a_killed_simulators_link_is_replaced_though_its_port_is_somebody_elses(
+    tmp_path: Path,
+) -> None:
+    link = tmp_path / "arm"
+    simulator = SimulatorProcess("--servo", "xm430-w350:1", "--link", str(link))
+    simulator.process.kill()
+    simulator.stop()
+    stale = str(link.readlink())
+    others = []
+    try:
+        while not Path(stale).exists():
+            others.append(pty.openpty())  # one of them gets its number
+            assert len(others) < 100
+        with running("xm430-w350:1", arguments=("--link", str(link))):
+            assert ping(str(link))[4] == 1
+        assert list(tmp_path.iterdir()) == []
+    finally:
+        for descriptor in (end for pair in others for end in pair):
+            os.close(descriptor)
+
+
+def test_a_live_simulators_link_is_not_replaced(tmp_path: Path) -> None:
+    link = tmp_path / "arm"
+    with running("xm430-w350:1", arguments=("--link", str(link))):
+        says = refused("--servo", "xm430-w350:1", "--link", str(link))
+        assert "another simulator's" in says
+        assert ping(str(link))[4] == 1
+
+
+def test_somebody_elses_link_to_a_terminal_is_left_alone(tmp_path: Path) -> None:
+    link = tmp_path / "arm"
+    master, slave = pty.openpty()
+    try:
+        link.symlink_to(os.ttyname(slave))
+        assert "exists already" in refused("--servo", "xm430-w350:1", "--link", str(link))
+        assert str(link.readlink()) == os.ttyname(slave)
+    finally:
+        os.close(master)
+        os.close(slave)
 
 
 def test_a_state_file_that_is_none_is_refused_and_left_alone(tmp_path: Path) -> None:
@@ -287,6 +349,16 @@ def test_a_simulator_that_cannot_start_says_so() -> None:
     with pytest.raises(SimulatorStartError) as caught:
         SimulatorProcess("--servo", "nothing:1")
     assert caught.value.exit_status_seen == 2
+    assert "'nothing'" in str(caught.value).partition(": firmware-sim: ")[2]
+
+
+def test_what_it_says_is_taken_and_no_table_is_drawn() -> None:
+    """However much that is: nobody reads it, and a pipe that is full would hold it up."""
+    with simulated("xm430-w350:1") as arm:
+        ping(arm.port)
+        assert "a simulation, no hardware" in arm.last_words
+        assert "--no-table" in Path(f"/proc/{arm.process.pid}/cmdline").read_text()
+        assert os.getsid(arm.process.pid) == arm.process.pid
 
 
 def test_a_client_that_never_reads_does_not_stop_it() -> None:

@@ -2,20 +2,33 @@
 
 import json
 import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
+import serial
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_sim.errors import OutputError, StateFileError
+from firmware_sim.errors import (
+    FaultError,
+    OutputError,
+    RigError,
+    SimulatorStartError,
+    StateFileError,
+)
+from firmware_sim.faults.scenario import read_scenario
 from firmware_sim.packet import build_packet
 from firmware_sim.rig import parse_servo
+from firmware_sim.rig_file import read_rig
 from firmware_sim.state_file import StateKeeper, read_state, write_state
-from firmware_sim.testing import simulated
+from firmware_sim.testing import SimulatorProcess, simulated, stepped
 from firmware_sim.world import World, build_world
 
+COMMAND = [sys.executable, "-m", "firmware_sim"]
 NAMES = ["xm430-w350:1", "ax-12a:2", "xl-320:3", "mx-28:4"]
 
 
@@ -29,16 +42,17 @@ def write_register(servos: World, place: int, name: str, value: int) -> None:
     assert not servo.write(register.address, value.to_bytes(register.size, "little"))
 
 
-def work_through(keeper: StateKeeper) -> None:
-    """Let it look at all servos, and write if any has changed."""
-    for _ in range(2 * len(NAMES) + 2):
-        keeper.work(0.0)
+def keep(path: Path, servos: World) -> StateKeeper:
+    keeper = StateKeeper(path, servos.servos, NAMES)
+    assert not path.exists()
+    keeper.begin()
+    return keeper
 
 
 def test_eeprom_and_angle_come_back(tmp_path: Path) -> None:
     path = tmp_path / "state.json"
     before = world()
-    keeper = StateKeeper(path, before.servos, NAMES)
+    keeper = keep(path, before)
     write_register(before, 0, "Min Position Limit", 123)
     write_register(before, 1, "CW Angle Limit", 45)
     write_register(before, 2, "CW Angle Limit", 46)
@@ -57,12 +71,12 @@ def test_a_changed_eeprom_is_written_while_it_runs_and_an_angle_only_at_the_end(
 ) -> None:
     path = tmp_path / "state.json"
     servos = world()
-    keeper = StateKeeper(path, servos.servos, NAMES)
+    keeper = keep(path, servos)
     first = path.read_bytes()
-    work_through(keeper)
+    keeper.work(0.0)
     assert path.read_bytes() == first
     write_register(servos, 0, "Max Position Limit", 3000)
-    work_through(keeper)
+    keeper.work(0.0)
     eeprom = json.loads(path.read_text())["servos"][0]["eeprom"]
     assert eeprom["Max Position Limit"] == 3000
 
@@ -72,7 +86,7 @@ def test_the_old_file_stays_whole_when_the_new_one_cannot_be_written(
 ) -> None:
     path = tmp_path / "state.json"
     servos = world()
-    keeper = StateKeeper(path, servos.servos, NAMES)
+    keeper = keep(path, servos)
     before = path.read_bytes()
 
     def full(*_: object, **__: object) -> int:
@@ -81,10 +95,10 @@ def test_the_old_file_stays_whole_when_the_new_one_cannot_be_written(
     write_register(servos, 0, "Max Position Limit", 3000)
     with monkeypatch.context() as patch:
         patch.setattr(Path, "write_text", full)
-        work_through(keeper)
+        keeper.work(0.0)
         assert "No space left" in keeper.problem
         assert path.read_bytes() == before
-    work_through(keeper)
+    keeper.work(0.0)
     assert keeper.problem == ""
     assert path.read_bytes() != before
     assert [entry.name for entry in tmp_path.iterdir()] == ["state.json"]
@@ -131,6 +145,10 @@ def damaged(**changes: Any) -> dict[str, Any]:
         (json.dumps(damaged(angle=float("nan"))), "angle"),
         (json.dumps(damaged(eeprom={"Shutdown": 1000})), "Shutdown = 1000"),
         (json.dumps(damaged(eeprom={"Shutdown": True})), "Shutdown = True"),
+        (json.dumps(damaged(eeprom={"Operating Mode": 2})), "Operating Mode = 2 is none that"),
+        (json.dumps(damaged(eeprom={"Drive Mode": 2})), "Drive Mode = 2 is none that"),
+        (json.dumps(damaged(backup={"Operating Mode": 2})), "backup: Operating Mode = 2"),
+        ('{"schema": 1, "schema": "firmware-sim-state-1"}', "'schema' stands twice"),
         (json.dumps(damaged(eeprom={"Goal Position": 1})), "something else"),
         (json.dumps(damaged(eeprom=3)), "something else"),
         (json.dumps(damaged(backup=[1])), "something else"),
@@ -187,8 +205,6 @@ def test_whatever_a_file_says_a_servo_is_restored_or_the_file_refused(
 
 
 def test_a_restart_keeps_the_eeprom_and_the_angle(tmp_path: Path) -> None:
-    import serial
-
     state = tmp_path / "state.json"
 
     def ask(port: str, servo_id: int, instruction: int, params: bytes, size: int) -> bytes:
@@ -203,3 +219,114 @@ def test_a_restart_keeps_the_eeprom_and_the_angle(tmp_path: Path) -> None:
     with simulated("xm430-w350:1", baud=1_000_000, state=state) as arm:
         answer = ask(arm.port, 9, 0x02, bytes((52, 0, 4, 0)), 15)
         assert int.from_bytes(answer[9:13], "little") == 500
+
+
+def test_a_faults_rate_and_id_are_not_kept() -> None:
+    """They would outlast the fault; what a client writes meanwhile is kept."""
+    port = stepped("xm430-w350:1", "xm430-w350:2", faults=("duplicate-id:id=2,as=1", "wrong-baud"))
+    servos = port.simulation.bus.servos
+    true = [{"ID": servo.model.table["ID"].default, "Baud Rate": 1} for servo in servos]
+    true[1]["ID"] = 2
+    port.simulation.inject("wrong-baud:baud=9600,id=1")
+    assert [servo.servo_id for servo in servos] == [1, 1]
+    assert {servo.baud_rate for servo in servos} == {9600}
+    for servo, own in zip(servos, true, strict=True):
+        eeprom = port.simulation.snapshot(servo)["eeprom"]
+        assert {name: eeprom[name] for name in own} == own
+    assert not servos[0].write(servos[0].model.table["Baud Rate"].address, bytes((3,)))
+    assert port.simulation.snapshot(servos[0])["eeprom"]["Baud Rate"] == 3
+    port.simulation.clear("all")
+    assert [servo.servo_id for servo in servos] == [1, 2]
+    assert [servo.memory.value("Baud Rate") for servo in servos] == [3, 1]
+
+
+WRITE_LIMIT = build_packet(1, 0x03, (52).to_bytes(2, "little") + (1234).to_bytes(4, "little"))
+
+
+def eeprom_of(state: Path, place: int = 0) -> dict[str, int]:
+    found: dict[str, int] = json.loads(state.read_text())["servos"][place]["eeprom"]
+    return found
+
+
+def test_an_acknowledged_write_is_in_the_file_soon_whatever_happens_then(tmp_path: Path) -> None:
+    """Among 253 servos, with a trace, and a client that leaves no pause; then kill -9."""
+    state = tmp_path / "state.json"
+    servos = [f"xl330-m288:{number}" for number in range(253)]
+    with simulated(*servos, state=state, baud=4_000_000) as arm:
+        port = arm.port
+        with serial.Serial(port, 4_000_000, timeout=2.0) as client:
+            client.write(WRITE_LIMIT)
+            assert client.read(11)[8] == 0
+            deadline = time.monotonic() + 10.0
+            pings = 0
+            while eeprom_of(state, 1)["Min Position Limit"] != 1234:
+                client.write(build_packet(1, 0x01) * 20)
+                client.read(10 * 14)  # the other ten are under way
+                pings += 1
+                assert time.monotonic() < deadline
+            assert pings < 1000
+            deadline = time.monotonic() + 10.0
+            while arm.trace.count("ping") < 20:
+                client.write(build_packet(1, 0x01))
+                client.read(14)
+                assert time.monotonic() < deadline
+            arm.process.kill()
+            arm.process.wait()
+    (tmp_path / ".state.json.new").write_text("of one that was killed amid a write")
+    with simulated(*servos, state=state, baud=4_000_000):
+        assert eeprom_of(state, 1)["Min Position Limit"] == 1234
+    assert [entry.name for entry in tmp_path.iterdir()] == ["state.json"]
+
+
+def test_what_the_command_line_says_counts_more_than_the_state(tmp_path: Path) -> None:
+    state = tmp_path / "state.json"
+    with simulated("xm430-w350:1", state=state, baud=57_600):
+        pass
+    options = ("--return-delay", "7", "--protocol", "1")
+    with simulated("xm430-w350:1", state=state, baud=4_000_000, arguments=options) as arm:
+        assert arm.status()["servos"][0]["baud"] == 4_000_000
+        assert arm.status()["servos"][0]["protocol"] == 1
+    with simulated("xm430-w350:1", state=state) as arm:
+        assert arm.status()["servos"][0]["baud"] == 4_000_000
+    assert eeprom_of(state)["Return Delay Time"] == 7
+
+
+def test_what_the_state_overrides_is_said(tmp_path: Path) -> None:
+    state, rig = tmp_path / "state.json", tmp_path / "rig.toml"
+    with simulated("xm430-w350:1", state=state, baud=4_000_000):
+        pass
+    rig.write_text('[[servo]]\nid = 1\nmodel = "xm430-w350"\nbaud = 57600\n')
+    done = subprocess.run(
+        [*COMMAND, "--rig", str(rig), "--state", str(state), "--exit-with-stdin"],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert f"as {state} says: xm430-w350:1 Baud Rate = 6, not 1" in done.stderr
+
+
+def test_one_state_is_not_for_two(tmp_path: Path) -> None:
+    state, other = tmp_path / "state.json", tmp_path / "other.json"
+    other.symlink_to(state)
+    with simulated("xm430-w350:1", state=state):
+        before = state.read_bytes()
+        for path in (state, other):
+            with pytest.raises(SimulatorStartError, match="in use by another simulator"):
+                SimulatorProcess("--servo", "xm430-w350:1", "--state", str(path))
+        assert state.read_bytes() == before
+    with simulated("xm430-w350:1", state=other):
+        assert other.is_symlink()
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["other.json", "state.json"]
+
+
+def test_fifos_and_devices_are_no_files_to_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo")
+    for path in (tmp_path / "fifo", Path("/dev/zero")):
+        with pytest.raises(StateFileError, match="no regular file"):
+            read_state(path, NAMES)
+        with pytest.raises(RigError, match="no regular file"):
+            read_rig(path)
+        with pytest.raises(FaultError, match="no regular file"):
+            read_scenario(path)

@@ -130,8 +130,8 @@ def test_faults_that_strike_are_shown_where_they_strike(path: Path) -> None:
     damaged = bus.ask(1, 0x01)
     bus.ask(1, 0x01)
     lines = [line.split(" ", 1)[1] for line in bus.lines()]
-    assert lines[:2] == ["-> 2.0 ID 1 ping", "<- 2.0 ID 1 status model number 1020, firmware 45"]
-    assert lines[2].startswith("** fault 1 crc-error strikes at servo 1: bytes ")
+    assert lines[1:3] == ["-> 2.0 ID 1 ping", "<- 2.0 ID 1 status model number 1020, firmware 45"]
+    assert lines[0].startswith("** tick 0: fault 1 crc-error strikes at servo 1: bytes ")
     assert lines[3] == "!! the client gets 14 bytes"
     assert len(lines) == 6
     assert "| " + damaged.hex(" ").upper() in path.read_text()
@@ -141,8 +141,44 @@ def test_a_lost_reply_is_shown_as_said_and_struck(path: Path) -> None:
     bus = Traced(path, "xm430-w350:1", faults=("lost-replies:id=1",))
     assert bus.ask(1, 0x01) == b""
     lines = bus.lines()
-    assert "<- 2.0 ID 1 status" in lines[1]
-    assert "lost-replies strikes" in lines[2]
+    assert "lost-replies strikes" in lines[0]
+    assert "<- 2.0 ID 1 status" in lines[2]
+
+
+@pytest.mark.parametrize("fault", ["crc-error", "late-reply:delay=0.1", "duplicate-reply"])
+def test_within_an_exchange_lines_are_in_order_of_their_times(path: Path, fault: str) -> None:
+    bus = Traced(path, "xm430-w350:1", faults=(fault,))
+    for _ in range(3):
+        bus.ask(1, 0x01)
+    times = [float(line.split(" ", 1)[0]) for line in bus.lines()]
+    assert len(times) > 6
+    assert times == sorted(times)
+
+
+def test_a_fault_that_lasts_ends_without_a_strike(path: Path) -> None:
+    bus = Traced(path, "xm430-w350:1", faults=("silent-servo:for=0.5",))
+    bus.port.wait_until(1.0)
+    assert [line.split(" ", 2)[2] for line in bus.lines()] == [
+        "tick 0: fault 1 silent-servo strikes: begins",
+        "tick 500: fault 1 silent-servo ends",
+    ]
+    assert bus.port.simulation.strikes == {"silent-servo": 1}
+    assert [strike.ends for strike in bus.port.simulation.log] == [False, True]
+
+
+def test_what_servos_say_while_the_port_is_gone_does_not_pile_up(path: Path) -> None:
+    bus = Traced(path, "xm430-w350:1", faults=("unplugged", "foreign-traffic:every=0.001"))
+    bus.port.wait_until(3.0)
+    bus.lines()
+    assert len(bus.trace._spoken) <= 1000
+
+
+def test_a_header_within_bytes_of_no_frame_is_pointed_at(path: Path) -> None:
+    bus = Traced(path, "xm430-w350:1")
+    unstuffed = bytes.fromhex("fffffd00 01 0b00 03 7400 fffffd 00 1111 2222")
+    bus.port.write(unstuffed)
+    bus.port.wait_until(1.0)
+    assert "a header within it: stuffing missing?" in "\n".join(bus.lines())
 
 
 def test_what_comes_faster_than_it_can_be_written_is_counted(
@@ -243,5 +279,5 @@ def test_the_command_writes_it() -> None:
         client.timeout = 0.2
         assert client.read(11) == b""
     assert "write          LED = 1" in arm.trace
-    assert "** fault 1 lost-replies strikes" in arm.trace
+    assert "fault 1 lost-replies strikes" in arm.trace
     assert arm.trace.endswith("\n")
