@@ -35,7 +35,8 @@ def garble(data: bytes, sent_at: float, heard_at: float) -> bytes:
     -------
     bytes
         One byte for each start bit that the receiver believes to see; a missing stop bit is not
-        held against it.
+        held against it, but the next start bit comes only after the line has been high: a break
+        is one byte, however long.
     """
     return _hear(_levels(data), sent_at / heard_at)
 
@@ -89,4 +90,6 @@ def _hear(levels: Sequence[int], ratio: float) -> bytes:
         bits = [levels[sample] if sample < len(levels) else 1 for sample in samples]
         heard.append(sum(level << bit for bit, level in enumerate(bits)))
         position += (BITS_PER_BYTE - 0.5) * ratio
+        while position < len(levels) and not levels[int(position)]:
+            position = int(position) + 1.0
     return bytes(heard)

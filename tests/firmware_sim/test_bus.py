@@ -154,6 +154,10 @@ def test_servos_of_another_baud_rate_are_deaf() -> None:
     assert [answer[0] for answer in wire.ask(254, 0x01)] == [1]
 
 
+def test_a_slow_line_is_a_few_breaks_to_a_fast_receiver() -> None:
+    assert garble(b"\x00\xff" * 100, 50, 4_000_000) == b"\x00" * 200
+
+
 @given(st.binary(max_size=40))
 def test_a_line_at_one_rate_garbles_nothing(data: bytes) -> None:
     assert garble(data, 57_600, 57_600) == data
