@@ -34,8 +34,8 @@ What is not modelled:
 - Two masters at once on one port. What a client sends while an answer is due waits for the
   answer's end, where a real wire has a collision; servos that talk at once do collide.
 - A client whose baud rate no servo has is answered with garbage, where a real line would often be
-  silent. Parity, stop bits and modem lines are ignored; answers within 0.4 ms may arrive together,
-  as behind an adapter.
+  silent. Parity and stop bits are ignored; a pseudo-terminal has no modem lines, so that asking
+  for them fails (OSError). Answers within 0.4 ms may arrive together, as behind an adapter.
 - How long an EEPROM write takes (but for AX), and how many a servo lives through.
 """
 

@@ -9,6 +9,7 @@ from firmware_sim.arguments import build_parser, model_list
 from firmware_sim.ask import ask, wants_control
 from firmware_sim.errors import SimulatorError
 from firmware_sim.run import serve
+from firmware_sim.words import complain, say
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -28,19 +29,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     try:
         if arguments.list_models:
-            print(model_list())
+            say(model_list())
         elif arguments.list_faults:
             from firmware_sim.faults.registry import list_faults  # noqa: PLC0415 - not for most
 
-            print(list_faults())
+            say(list_faults())
         elif wants_control(arguments):
-            print(ask(arguments))
+            say(ask(arguments))
         elif not (arguments.servo or arguments.arm or arguments.rig):
             parser.error("say which servos: --servo, --arm or --rig")
         else:
             serve(arguments)
     except SimulatorError as error:
-        print(f"firmware-sim: {error}", file=sys.stderr)
+        complain(str(error))
         return error.exit_status
     return 0
 

@@ -19,8 +19,30 @@ set-up leaves it: 1 Mbit/s, no return delay."""
 
 _USAGE = """\
 firmware-sim --servo MODEL[@FIRMWARE]:ID ... | --arm NAME | --rig FILE [options]
-       firmware-sim --control FILE --inject SPEC | --clear NAME | --status
+       firmware-sim --control FILE --inject SPEC | --clear NAME | --status | --log
        firmware-sim --list-models | --list-faults"""
+
+
+_FORMATS = """\
+A rig file (--rig), all fields but id and model optional:
+
+  [supply]
+  voltage = 12.0              # V; resistance = 0.03 (ohm)
+  [[servo]]
+  id = 1
+  model = "xm430-w350"        # firmware, protocol, baud, return_delay_us, drive_mode, start_tick,
+  backlash = 0.25             # supply_voltage, joint, direction, zero_tick; degrees
+  registers = { "Min Position Limit" = 1024 }
+
+A scenario (--scenario), with the arguments that --list-faults names:
+
+  seed = 7
+  [[fault]]
+  name = "crc-error"
+  at = 2.0                    # s since the start; or after, for, every, count, probability
+  id = 3
+
+"""
 
 
 class _OneLineParser(argparse.ArgumentParser):
@@ -46,7 +68,7 @@ def build_parser() -> argparse.ArgumentParser:
         prog="firmware-sim",
         usage=_USAGE,
         description=_DESCRIPTION,
-        epilog=(firmware_sim.__doc__ or "").split("\n\n", 2)[2],
+        epilog=_FORMATS + (firmware_sim.__doc__ or "").split("\n\n", 2)[2],
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -90,7 +112,9 @@ def _add_servos(parser: argparse.ArgumentParser) -> None:
         "--state",
         metavar="FILE",
         type=Path,
-        help="keep EEPROM, backup and angles here from one run to the next",
+        help="keep EEPROM, backup and angles here from one run to the next; what is written to"
+        " EEPROM is in the file 0.1 s later, also if the simulator is killed then; --baud,"
+        " --protocol and --return-delay count more",
     )
 
 
@@ -145,12 +169,13 @@ def _add_faults(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         type=Path,
         help="take faults at run time: the address and token of a loopback socket go into FILE;"
-        " with one of the next three, speak to the simulator that wrote it",
+        " with one of the next four, speak to the simulator that wrote it",
     )
     deeds = group.add_mutually_exclusive_group()
     deeds.add_argument("--inject", metavar="SPEC", help="begin a fault")
     deeds.add_argument("--clear", metavar="NAME", help="end a fault; all for every one")
     deeds.add_argument("--status", action="store_true", help="say which faults are in force")
+    deeds.add_argument("--log", action="store_true", help="say what faults did last, and when")
 
 
 def _add_output(parser: argparse.ArgumentParser) -> None:

@@ -7,6 +7,8 @@ from typing import Any
 
 from firmware_sim.errors import ControlError
 
+_DEEDS = "--inject, --clear, --status and --log"
+
 
 def wants_control(arguments: argparse.Namespace) -> bool:
     """Return whether a command line is about a simulator that runs already.
@@ -16,12 +18,17 @@ def wants_control(arguments: argparse.Namespace) -> bool:
     ControlError
         If it asks something of one without saying of which, or also for servos of its own.
     """
-    if arguments.inject is None and arguments.clear is None and not arguments.status:
+    asked = arguments.status or arguments.log
+    if arguments.inject is None and arguments.clear is None and not asked:
         return False
     if not arguments.control:
-        raise ControlError("--inject, --clear and --status need --control FILE of the simulator")
+        raise ControlError(
+            "--inject, --clear, --status and --log need --control FILE of the simulator"
+        )
     if arguments.servo or arguments.arm or arguments.rig:
-        raise ControlError("--inject, --clear and --status speak to a simulator that runs already")
+        raise ControlError(
+            "--inject, --clear, --status and --log speak to a simulator that runs already"
+        )
     return True
 
 
@@ -40,8 +47,21 @@ def ask(arguments: argparse.Namespace) -> str:
         return f"fault {answer['number']} in force: {answer['fault']}"
     if arguments.clear is not None:
         answer = send(arguments.control, "clear", arguments.clear)
-        return f"cleared: fault {', '.join(map(str, answer['cleared']))}"
+        cleared = ", ".join(map(str, answer["cleared"]))
+        return f"cleared: fault {cleared}" if cleared else "no faults were in force"
+    if arguments.log:
+        return _log_in_words(send(arguments.control, "log"))
     return _status_in_words(send(arguments.control, "status"))
+
+
+def _log_in_words(answer: dict[str, Any]) -> str:
+    lines = []
+    for strike in answer["log"]:
+        servo = "" if strike["id"] is None else f" servo {strike['id']}"
+        detail = f": {strike['detail']}" if strike["detail"] else ""
+        what = f"fault {strike['number']} {strike['fault']}{servo}{detail}"
+        lines.append(f"tick {strike['tick']} ({strike['time']:.6f} s) {what}")
+    return "\n".join(lines) or "no fault has struck yet"
 
 
 def _status_in_words(status: dict[str, Any]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -14,6 +13,8 @@ from firmware_sim.packet import BROADCAST_ID
 from firmware_sim.pty_port import PtyPort
 from firmware_sim.server import Chore, Guest
 from firmware_sim.simulation import Simulation
+from firmware_sim.strike_teller import StrikeTeller
+from firmware_sim.words import complain
 
 if TYPE_CHECKING:
     from firmware_sim.state_file import StateKeeper
@@ -112,6 +113,12 @@ class Attachments:
         """Say on standard error what goes wrong, once each; for where there is no table."""
         self.chores.append(Complainer(self._note))
 
+    def tell_strikes(self) -> None:
+        """Say on standard error what faults do; for where nobody else asks for it."""
+        teller = StrikeTeller(self._simulation)
+        self._stack.callback(teller.close)
+        self.chores.append(teller)
+
     def _title(self) -> str:
         link = f" ({self._port.link})" if self._port.link else ""
         where = self._port.name if self._port.plugged else "unplugged"
@@ -158,6 +165,6 @@ class Complainer:
         """Look whether anything new is wrong."""
         complaint = self._complaint()
         if complaint and complaint != self._said:
-            print(f"firmware-sim: {complaint}", file=sys.stderr, flush=True)
+            complain(complaint)
         self._said = complaint
         self.next_due = now + _COMPLAINT_PERIOD

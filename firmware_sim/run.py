@@ -22,6 +22,7 @@ from firmware_sim.rig import (
     with_protocol,
 )
 from firmware_sim.stopping import catch_stops
+from firmware_sim.words import complain, say
 
 if TYPE_CHECKING:
     from firmware_sim.attachments import Attachments
@@ -139,6 +140,7 @@ def _prepare(rig: Rig, arguments: argparse.Namespace, stack: ExitStack) -> tuple
 
     faults, seed = choose_faults(arguments)
     state = _read_state(rig, arguments, stack)
+    stdin = _stdin() if arguments.exit_with_stdin else None
     mujoco = arguments.plant == "mujoco"
     warm_up(rig, mujoco)
     simulation = build_simulation(
@@ -156,18 +158,26 @@ def _prepare(rig: Rig, arguments: argparse.Namespace, stack: ExitStack) -> tuple
     names = [servo.name for servo in rig.servos]
     attachments = Attachments(simulation, port, names, stack)
     _attach(attachments, arguments)
-    stdin = sys.stdin.fileno() if arguments.exit_with_stdin else None
     return Server(simulation, port, stdin, attachments.guests, attachments.chores), port
+
+
+def _stdin() -> int:
+    if sys.stdin is None:
+        raise OutputError("--exit-with-stdin: standard input is closed", "standard input")
+    return sys.stdin.fileno()
 
 
 def _attach(attachments: Attachments, arguments: argparse.Namespace) -> None:
     if arguments.control:
         attachments.open_control(arguments.control)
     attachments.write_files(arguments.state, trace=bool(arguments.trace))
-    if not arguments.no_table and sys.stderr.isatty():
+    if not arguments.no_table and sys.stderr is not None and sys.stderr.isatty():
         attachments.show_table()
-    elif attachments.complaints:
+        return
+    if attachments.complaints:
         attachments.complain()
+    if not arguments.control and (arguments.fault or arguments.scenario):
+        attachments.tell_strikes()
 
 
 def _read_state(rig: Rig, arguments: argparse.Namespace, stack: ExitStack) -> SavedState | None:
@@ -192,7 +202,7 @@ def _read_state(rig: Rig, arguments: argparse.Namespace, stack: ExitStack) -> Sa
         shown = "; ".join(overridden[:_OVERRIDDEN_SHOWN])
         more = len(overridden) - _OVERRIDDEN_SHOWN
         tail = f"; and {more} more" if more > 0 else ""
-        print(f"firmware-sim: as {arguments.state} says: {shown}{tail}", file=sys.stderr)
+        complain(f"as {arguments.state} says: {shown}{tail}")
     return state
 
 
@@ -222,16 +232,16 @@ def choose_faults(arguments: argparse.Namespace) -> tuple[list[FaultSpec], int]:
 
 
 def _announce(port_name: str, servos: Sequence[ServoSettings]) -> None:
-    print(port_name, flush=True)
+    say(port_name)
     names = ", ".join(servo.name for servo in servos)
-    print(f"firmware-sim: a simulation, no hardware: {names}", file=sys.stderr, flush=True)
+    complain(f"a simulation, no hardware: {names}")
 
 
 @contextmanager
 def _explained() -> Iterator[None]:
     """Say what takes so long, if it does: the physics are compiled once on each machine."""
-    line = "firmware-sim: starting; the first start compiles the physics, up to a minute"
-    timer = threading.Timer(_QUIET_START, print, (line,), {"file": sys.stderr, "flush": True})
+    line = "starting; the first start compiles the physics, up to a minute"
+    timer = threading.Timer(_QUIET_START, complain, (line,))
     timer.daemon = True
     timer.start()
     try:

@@ -78,6 +78,11 @@ class Simulation:
         return self._roster.log
 
     @property
+    def noted(self) -> int:
+        """How many entries `log` has had since the start."""
+        return self._roster.noted
+
+    @property
     def strikes(self) -> Mapping[str, int]:
         """How often faults of each name struck since the start."""
         return self._roster.struck

@@ -6,10 +6,14 @@ import errno
 import math
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
 from firmware_sim.bus import Bus, Transmission
 from firmware_sim.clock import SteppedClock
+from firmware_sim.errors import RigError
 from firmware_sim.rig import Rig, check_ids, parse_servo, with_baud_rate, with_protocol
+from firmware_sim.rig_file import read_rig
 from firmware_sim.simulation import Simulation, queue
 
 
@@ -109,6 +113,15 @@ class SteppedPort:
             event = following
         self.clock.advance_to(when)
 
+    def wait_for_next(self) -> bool:
+        """Let time pass until something arrives or happens; return False if nothing will."""
+        moments = [self._due[0].due] if self._due else []
+        if self.simulation.next_event is not None:
+            moments.append(self.simulation.next_event)
+        if moments:
+            self.wait_until(max(min(moments), self.clock.now()))
+        return bool(moments)
+
     def _check_plug(self) -> None:
         event = self.simulation.next_event
         if event is not None and event <= self.clock.now():
@@ -126,13 +139,15 @@ def stepped(
     faults: Sequence[str] = (),
     seed: int = 0,
     gap_rule: bool = True,
+    rig: Path | None = None,
+    mujoco: bool = False,
 ) -> SteppedPort:
     """Return a port to servos on a stepped clock that stands at 0 s.
 
     Parameters
     ----------
     servos : str
-        ``MODEL:ID`` or ``MODEL@FIRMWARE:ID`` each.
+        ``MODEL:ID`` or ``MODEL@FIRMWARE:ID`` each; none with `rig`.
     baud : int, optional
         Of all servos, bit/s; by default each has its factory's, and the port the first servo's.
     protocol : int, optional
@@ -143,6 +158,10 @@ def stepped(
         Of the faults' chance.
     gap_rule : bool
         Whether a silence within an instruction makes the servos give it up.
+    rig : Path, optional
+        A rig file with the servos, as for the command's ``--rig``.
+    mujoco : bool
+        Whether the rig's arm moves as a whole under gravity.
 
     Returns
     -------
@@ -152,21 +171,31 @@ def stepped(
     Raises
     ------
     RigError
-        If there are no such servos.
+        If there are no such servos, or none at all.
+    PlantError
+        If `mujoco` is asked for and cannot be had.
     FaultError
-        If a fault makes no sense.
+        If a fault or the seed makes no sense.
     """
     from firmware_sim.assembly import build_simulation  # noqa: PLC0415 - the physics take a while
     from firmware_sim.faults.parsing import parse_fault  # noqa: PLC0415
+    from firmware_sim.faults.scenario import check_seed  # noqa: PLC0415
 
-    settings = [parse_servo(text) for text in servos]
+    if bool(servos) == (rig is not None):
+        raise RigError("say which servos: MODEL:ID each, or a rig file")
+    found = Rig([parse_servo(text) for text in servos]) if rig is None else read_rig(rig)
+    settings = found.servos
     check_ids(settings)
     if protocol is not None:
         settings = [with_protocol(servo, protocol) for servo in settings]
     if baud is not None:
         settings = [with_baud_rate(servo, baud) for servo in settings]
     simulation = build_simulation(
-        Rig(settings), gap_rule=gap_rule, faults=[parse_fault(text) for text in faults], seed=seed
+        replace(found, servos=settings),
+        gap_rule=gap_rule,
+        mujoco=mujoco,
+        faults=[parse_fault(text) for text in faults],
+        seed=check_seed(seed),
     )
     rate = simulation.bus.servos[0].baud_rate
     return SteppedPort(simulation, SteppedClock(), rate)

@@ -8,6 +8,7 @@
 
     port = stepped("xm430-w350:1", "ax-12a:2")      # no process, no real time
     port.exchange(b"...")
+    MyDriver(SteppedSerial(port, timeout=0.1))      # for what takes pyserial's Serial
 
 `firmware_sim.pytest_plugin` has both as fixtures.
 """
@@ -28,11 +29,13 @@ from typing import Any
 from firmware_sim.control_client import send
 from firmware_sim.errors import SimulatorStartError
 from firmware_sim.stepped import SteppedPort, stepped
+from firmware_sim.stepped_serial import SteppedSerial
 
 __all__ = [
     "RunningSimulator",
     "SimulatorProcess",
     "SteppedPort",
+    "SteppedSerial",
     "running",
     "simulated",
     "stepped",

@@ -14,7 +14,7 @@ from armsyn.errors import PortError, PortLostError
 _START_S = 60.0
 """How long to wait for the port, s: the first start on a machine compiles the physics."""
 
-_ANNOUNCEMENTS = ("firmware-sim: compiling", "firmware-sim: a simulation")
+_ANNOUNCEMENTS = ("firmware-sim: starting", "firmware-sim: a simulation")
 """How the lines begin that it says when all is well."""
 
 _STOP_S = 5.0

@@ -38,7 +38,7 @@ def parse_fault(text: str) -> FaultSpec:
             raise ArgumentError(f"{name}: {_shown(part)} is not of the form key=value", field)
         if field in values:
             raise ArgumentError(f"{name}: {field} is given twice", field)
-        values[field] = _named(kind, field).parse(value)
+        values[field] = _Named(kind, field).parse(value)
     return _complete(kind, values)
 
 
@@ -51,7 +51,7 @@ def check_fault(name: str, arguments: Mapping[str, object]) -> FaultSpec:
         One line, for an unknown name or argument, or an impossible value.
     """
     kind = find_kind(name)
-    values = {field: _named(kind, field).check(value) for field, value in arguments.items()}
+    values = {field: _Named(kind, field).check(value) for field, value in arguments.items()}
     return _complete(kind, values)
 
 
@@ -77,9 +77,6 @@ class _Named:
             return self._argument.check(value)
         except ArgumentError as error:
             raise ArgumentError(f"{self._kind.name}: {error}", error.field) from None
-
-
-_named = _Named
 
 
 def _complete(kind: FaultKind, values: Mapping[str, Value]) -> FaultSpec:

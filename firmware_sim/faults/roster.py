@@ -78,6 +78,8 @@ class Roster:
         self.log: deque[Strike] = deque(maxlen=LOG_CAP)
         self.struck: Counter[str] = Counter()
         """How often faults of each name struck since the start; their ends are not counted."""
+        self.noted = 0
+        """How many entries `log` has had since the start."""
         self._site = site
         self._seed = seed
         self._report = report
@@ -146,6 +148,7 @@ class Roster:
         tick = int(time / TICK + 1.0e-6)
         strike = Strike(tick, time, name, fault.number, servo_id, detail, ends)
         self.log.append(strike)
+        self.noted += 1
         self.struck[name] += not ends
         if self._report is not None:
             self._report(strike)
