@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_sim.observed import Heard, Said
-from firmware_sim.packet import BROADCAST_ID
 from firmware_sim.pty_port import PtyPort
 from firmware_sim.server import Chore, Guest
 from firmware_sim.simulation import Simulation
@@ -48,6 +47,8 @@ class Attachments:
         self.chores: list[Chore] = []
         self.complaints: list[Callable[[], str]] = []
         """Say what is wrong now, nothing if nothing is."""
+        if port.link is not None:
+            self.complaints.append(lambda: port.problem)
 
     def open_control(self, path: Path) -> None:
         """Let faults be injected through a socket whose address is in a file.
@@ -104,7 +105,7 @@ class Attachments:
         counts = PacketCounts()
         self._simulation.bus.observers.append(counts.note)
         feed = TableFeed(
-            self._simulation.bus.servos, self._title, counts.of, self._faults_at, self._note
+            self._simulation.bus.servos, self._title, counts.of, self._faults_at, self._caption
         )
         self._stack.callback(feed.close)
         self.chores.append(feed)
@@ -127,11 +128,17 @@ class Attachments:
     def _note(self) -> str:
         return "; ".join(filter(None, (complaint() for complaint in self.complaints)))
 
+    def _caption(self) -> str:
+        """Return what is wrong, and the faults that concern no servo in particular."""
+        common = [f.spec.kind.name for f in self._simulation.faults if f.spec.servo_id is None]
+        faults = f"faults on the bus: {', '.join(common)}" if common else ""
+        return "; ".join(filter(None, (faults, self._note())))
+
     def _faults_at(self, servo_id: int) -> list[str]:
         return [
             fault.spec.kind.name
             for fault in self._simulation.faults
-            if fault.spec.servo_id in (None, servo_id)
+            if fault.spec.servo_id == servo_id
         ]
 
 
@@ -149,8 +156,8 @@ class PacketCounts:
             self._counts[event.data[4 if event.protocol == 2 else 2]] += 1
 
     def of(self, servo_id: int) -> int:
-        """Return how many were to a servo, of it, or to all."""
-        return self._counts[servo_id] + self._counts[BROADCAST_ID]
+        """Return how many were to a servo alone, or of it."""
+        return self._counts[servo_id]
 
 
 class Complainer:

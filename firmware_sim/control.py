@@ -31,7 +31,8 @@ REQUEST_CAP = 10_000
 """Most requests of one connection."""
 
 CONNECTION_CAP = 8
-"""Most connections; the one that has been silent longest makes room for another."""
+"""Most connections; to make room for another, one that has not shown the token goes first, and of
+those alike the one that has been silent longest."""
 
 _STRIKES_SHOWN = 100
 
@@ -101,7 +102,8 @@ class ControlSocket:
             return
         client.setblocking(False)
         if len(self._connections) >= CONNECTION_CAP:
-            self._connections.pop(next(iter(self._connections))).close()
+            strangers = (at for at, other in self._connections.items() if not other.is_known)
+            self._connections.pop(next(strangers, next(iter(self._connections)))).close()
         self._connections[client.fileno()] = _Connection(client)
 
     def _hear(self, connection: _Connection) -> bool:
@@ -112,6 +114,7 @@ class ControlSocket:
         line = connection.take_line()
         if line is not None:
             answer, goes_on = self._answer(line)
+            connection.is_known |= goes_on
             if not connection.send(answer) or not goes_on:
                 connection.close()
         return connection.is_open
@@ -141,6 +144,8 @@ class _Connection:
         self._client = client
         self._pending = bytearray()
         self._requests = 0
+        self.is_known = False
+        """Whether it has shown the token."""
 
     @property
     def is_open(self) -> bool:

@@ -41,11 +41,14 @@ _NARROW = 126
 """Below this width some columns are left out, characters."""
 
 _LEFT_OUT = frozenset(("temp", "supply", "mode"))
+_FRAME = 6
+"""Lines of a table that are no servos: title, headings, rules and two lines of notes."""
+
 _NICENESS = 10
 _RED = frozenset(("errors", "faults"))
 
 
-def draw(document: Mapping[str, Any], width: int) -> Table:
+def draw(document: Mapping[str, Any], width: int, height: int = 1000) -> Table:
     """Return the table of one document.
 
     Parameters
@@ -54,6 +57,8 @@ def draw(document: Mapping[str, Any], width: int) -> Table:
         ``title`` (text), ``rows`` (lists of texts, one for each of `COLUMNS`) and ``note`` (text).
     width : int
         Of the terminal, characters.
+    height : int
+        Of the terminal, lines: of more servos than fit the first are shown, and the others counted.
 
     Returns
     -------
@@ -65,9 +70,14 @@ def draw(document: Mapping[str, Any], width: int) -> Table:
         for place, (name, _) in enumerate(COLUMNS)
         if width >= _NARROW or name not in _LEFT_OUT
     ]
+    rows = document["rows"]
+    room = max(1, height - _FRAME)
+    hidden = 0 if len(rows) <= room else len(rows) - room
+    notes = [f"and {hidden} more servos"] if hidden else []
+    notes += [document["note"]] if document["note"] else []
     table = Table(
         title=escape(document["title"]),
-        caption=escape(document["note"]) or None,
+        caption=escape("; ".join(notes)) or None,
         box=SIMPLE_HEAD,
         padding=(0, 1 if width >= _NARROW else 0),
         pad_edge=False,
@@ -80,7 +90,7 @@ def draw(document: Mapping[str, Any], width: int) -> Table:
             no_wrap=name not in _RED,  # these may be long, and are cut before others
             style="red" if name in _RED else None,
         )
-    for row in document["rows"]:
+    for row in rows[: len(rows) - hidden]:
         table.add_row(*(escape(str(row[place])) for place in shown))
     return table
 
@@ -97,7 +107,8 @@ def show(lines: TextIO, console: Console) -> None:
     """
     with Live(console=console, auto_refresh=False, redirect_stdout=False) as live:
         for line in lines:
-            live.update(draw(json.loads(line), console.width), refresh=True)
+            document = json.loads(line)
+            live.update(draw(document, console.width, console.height), refresh=True)
 
 
 def main() -> int:

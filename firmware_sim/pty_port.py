@@ -7,6 +7,7 @@ import os
 import pty
 import struct
 import termios
+import time
 import tty
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,6 +22,9 @@ _TCGETS2 = 0x802C542A
 _TERMIOS2_SIZE = 44
 _OUTPUT_SPEED_AT = 40
 _READ_SIZE = 1024
+
+_RETRY = 0.2
+"""How often a port that is to come back tries to, s."""
 
 _WORDS_CAP = 1000
 """Most pieces that are read of a client that has gone; Linux keeps fewer."""
@@ -55,6 +59,9 @@ class PtyPort:
         self.master = -1
         self.dropped_bytes = 0
         """Bytes no client took, bytes: a full buffer loses them as an idle line does."""
+        self.problem = ""
+        """Why it is not back though it should be; empty when it is."""
+        self._next_try = 0.0
         self._slave = -1
         self._watch: OpenWatch | None = None
         self._linked = False
@@ -116,15 +123,29 @@ class PtyPort:
     def follow(self, unplugged: bool, forbidden: bool) -> None:
         """Be there or not, and let nobody open it or everybody that may by right.
 
-        Raises
-        ------
-        LinkTakenError
-            If it is to come back, and its link's path is taken by then.
+        Where it is to come back and its link's path is taken by then, it says so in `problem` and
+        tries again.
         """
+        if unplugged:
+            self.problem = ""
         if unplugged == self.plugged:
-            (self.unplug if unplugged else self.plug)()
+            if unplugged:
+                self.unplug()
+            else:
+                self._come_back()
         if self.plugged and forbidden != (self._mode is not None):
             self._forbid(on=forbidden)
+
+    def _come_back(self) -> None:
+        now = time.monotonic()
+        if self.problem and now < self._next_try:
+            return
+        try:
+            self.plug()
+            self.problem = ""
+        except LinkTakenError as error:
+            self.problem = str(error)
+            self._next_try = now + _RETRY
 
     def _forbid(self, *, on: bool) -> None:
         if on:

@@ -47,8 +47,9 @@ class Reader:
         Returns
         -------
         list of str
-            ID, model, mode, torque, position, goal, velocity, current or load, temperature,
-            voltage, errors; empty where the servo has no such thing.
+            ID, model, mode, torque, position and goal (in counts of the encoder, whatever the
+            family), velocity, current or load, temperature, voltage, errors; empty where the servo
+            has no such thing.
         """
         servo = self._servo
         servo.read(self._first, self._size)  # brings its present values up to date
@@ -60,8 +61,8 @@ class Reader:
         return [str(servo.servo_id), name, self._mode(), torque, *words[1:], self._errors()]
 
     def _words(self, register: Register) -> str:
-        words = value_in_words(register, self._servo.memory.value(register.name))
-        return words.removesuffix(" tick")
+        value = self._servo.memory.value(register.name)
+        return str(value) if "Position" in register.name else value_in_words(register, value)
 
     def _mode(self) -> str:
         memory, table = self._servo.memory, self._servo.model.table.by_name

@@ -55,9 +55,9 @@ def choose_rig(arguments: argparse.Namespace) -> Rig:
     """
     if arguments.servo:
         rig = Rig([parse_servo(text) for text in arguments.servo])
+        check_ids(rig.servos)
     else:
         rig = _read_rig(arguments)
-    check_ids(rig.servos)
     return replace(rig, servos=[_override(servo, arguments) for servo in rig.servos])
 
 

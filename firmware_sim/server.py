@@ -124,11 +124,6 @@ class Server:
         ----------
         announce : callable
             Called once everything is ready, so that whoever hears it may stop the loop at once.
-
-        Raises
-        ------
-        LinkTakenError
-            If the port was unplugged for a while, and its link's path is taken by then.
         """
         _sharpen_timer()
         catch_stops(self._stop)

@@ -58,7 +58,7 @@ def find_kind(name: str) -> FaultKind:
 def guess(name: str, known: Mapping[str, object]) -> str:
     """Return a few words that name what was probably meant; nothing where no name is close."""
     close = get_close_matches(name[:100], list(known), 3, 0.5)
-    return f", but {', '.join(close)}" if close else ""
+    return f" (did you mean {' or '.join(close)}?)" if close else ""
 
 
 def list_faults() -> str:

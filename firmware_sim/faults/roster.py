@@ -111,7 +111,12 @@ class Roster:
         fault.log = self._note
         fault.number = self._injected.total() + 1
         fault.begin = spec.begin(self._site.start, now)
-        fault.check()
+        try:
+            fault.check()
+        except FaultError as error:
+            if not spec.source:
+                raise
+            raise FaultError(f"{spec.source}: {error}") from None
         self._injected[name] += 1
         self.faults.append(fault)
         return fault

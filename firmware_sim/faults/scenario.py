@@ -15,7 +15,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from firmware_sim.errors import FaultError
@@ -148,6 +148,6 @@ def _read_table(table: object, file: str, number: int) -> FaultSpec:
     if not isinstance(name, str):
         raise ScenarioError(f"{where}: needs the field 'name', a text", file, number, "name")
     try:
-        return check_fault(name, arguments)
+        return replace(check_fault(name, arguments), source=where)
     except ArgumentError as error:
         raise ScenarioError(f"{where}: {error}", file, number, error.field) from None

@@ -60,10 +60,13 @@ class FaultSpec:
         Which.
     given : mapping of str to int, float or str
         The arguments that were given.
+    source : str
+        Where they stand, for errors; empty for the command line and the control socket.
     """
 
     kind: FaultKind
     given: Mapping[str, Value] = field(default_factory=dict)
+    source: str = field(default="", compare=False)
     _values: dict[str, Value | None] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

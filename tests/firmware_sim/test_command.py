@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import serial
 
+from firmware_sim.control_client import send
 from firmware_sim.errors import SimulatorStartError
 from firmware_sim.packet import build_packet
 from firmware_sim.testing import SimulatorProcess, running, simulated
@@ -394,3 +395,25 @@ def test_a_flood_is_held_back_as_at_a_real_port() -> None:
                 client.write(PING * 100_000)
             client.reset_output_buffer()
         assert Path(port).exists()
+
+
+def test_a_port_whose_link_is_taken_meanwhile_complains_and_comes_back(tmp_path: Path) -> None:
+    link, control = tmp_path / "arm", tmp_path / "control"
+    simulator = SimulatorProcess(
+        "--servo", "xm430-w350:1", "--link", str(link), "--control", str(control)
+    )
+    try:
+        send(control, "inject", "unplugged:for=0.3")
+        link.write_text("mine")
+        deadline = time.monotonic() + 20.0
+        while "exists already" not in " ".join(simulator.messages):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        assert link.read_text() == "mine"
+        link.unlink()
+        while not link.is_symlink():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        assert ping(str(link))[4] == 1
+    finally:
+        simulator.stop()

@@ -220,6 +220,21 @@ def test_the_longest_silent_connection_makes_room(desk: Desk) -> None:
             client.close()
 
 
+def test_strangers_do_not_push_out_whoever_has_shown_the_token(desk: Desk) -> None:
+    clients = [desk.connect()]
+    try:
+        desk.serve()
+        assert desk.say(clients[0], desk.line(command="list"))[0]["ok"]
+        for _ in range(2 * CONNECTION_CAP):
+            clients.append(desk.connect())
+            desk.serve()
+        assert desk.say(clients[0], desk.line(command="list"))[0]["ok"]
+        assert is_closed(clients[1])
+    finally:
+        for client in clients:
+            client.close()
+
+
 def test_a_client_that_goes_in_the_middle_is_forgotten(desk: Desk) -> None:
     for data in (b"", b"{", desk.line(command="status")):
         client = desk.connect()

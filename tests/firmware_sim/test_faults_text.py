@@ -21,6 +21,7 @@ from firmware_sim.faults.scenario import (
     read_scenario,
 )
 from firmware_sim.faults.spec import FaultKind
+from tests.firmware_sim.faults_bench import FaultBench
 
 T = TypeVar("T")
 
@@ -185,7 +186,12 @@ def test_an_empty_scenario_is_one() -> None:
         ("fault = [3]", 1, "", "table 1: is not a table"),
         ("[[fault]]\nat = 1", 1, "name", "table 1: needs the field 'name'"),
         ("[[fault]]\nname = 3", 1, "name", "table 1: needs the field 'name'"),
-        ("[[fault]]\nname = 'rebot'", 1, "name", "table 1: no fault 'rebot', but reboot"),
+        (
+            "[[fault]]\nname = 'rebot'",
+            1,
+            "name",
+            "table 1: no fault 'rebot' (did you mean reboot?)",
+        ),
         ("[[fault]]\nname='reboot'\n[[fault]]\nname='reboot'\nat='1'", 2, "at", "table 2: "),
         ("[[fault]]\nname='reboot'\nat=nan", 1, "at", "at=nan"),
         ("[[fault]]\nname='reboot'\nat=true", 1, "at", "at=True"),
@@ -236,3 +242,9 @@ def test_seeds_have_bounds(seed: int) -> None:
     assert check_seed(2**63 - 1) == 2**63 - 1
     with pytest.raises(FaultError, match="a seed goes from 0"):
         check_seed(seed)
+
+
+def test_a_scenarios_fault_for_a_servo_that_is_not_there_names_its_table() -> None:
+    faults = parse_scenario(b"[[fault]]\nname='reboot'\n[[fault]]\nname='reboot'\nid=9\n", "s.toml")
+    with pytest.raises(FaultError, match=r"s\.toml: \[\[fault\]\] table 2: reboot: no servo 9"):
+        FaultBench().simulation.inject(faults.faults[1])

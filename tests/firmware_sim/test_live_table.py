@@ -51,6 +51,17 @@ def test_what_is_wrong_stands_below() -> None:
     assert "disk full" in picture(100, note="disk full")
 
 
+def test_of_more_servos_than_fit_the_others_are_counted() -> None:
+    document = {"title": "", "rows": [ROW] * 30, "note": "disk full"}
+    console = Console(file=io.StringIO(), width=130, color_system=None)
+    console.print(draw(document, 130, 24))
+    assert isinstance(console.file, io.StringIO)
+    text = console.file.getvalue()
+    assert text.count("xm430-w350") == 18
+    assert "and 12 more servos; disk full" in text
+    assert text.count("\n") <= 24
+
+
 def test_each_line_that_arrives_is_drawn() -> None:
     lines = [json.dumps({"title": f"table {n}", "rows": [ROW], "note": ""}) for n in range(2)]
     console = Console(file=io.StringIO(), width=120, force_terminal=True, color_system=None)
@@ -79,6 +90,7 @@ def test_every_family_can_be_read(name: str, says: list[str]) -> None:
         assert reading[2:5] + reading[6:] == says[:3] + says[4:]
     else:
         assert reading[2:4] == says
+        assert reading[4] in ("512", "2048")
     assert all(reading[place] for place in (4, 5, 6, 7, 8, 9))
 
 

@@ -1,6 +1,7 @@
 """The fixtures for other projects' tests, as pytest finds them there."""
 
 import os
+import sys
 
 import pytest
 
@@ -59,7 +60,7 @@ def test_both_protocols_on_a_stepped_clock(stepped_bus):
 
 def test_another_projects_tests(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, os.sys.path)))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))
     pytester.makepyfile(PROJECT)
     arguments = ("-p", "firmware_sim.pytest_plugin", "-p", "no:cacheprovider")
     result = pytester.runpytest_subprocess(*arguments, timeout=200)
@@ -70,8 +71,19 @@ def test_they_are_listed_with_their_first_line(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, os.sys.path)))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))
     result = pytester.runpytest_subprocess(
         "-p", "firmware_sim.pytest_plugin", "--fixtures", timeout=60
     )
     result.stdout.fnmatch_lines(["dynamixel_simulator*", "*Start simulators*", "stepped_bus*"])
+
+
+def test_pytest_finds_it_by_itself(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Through the entry point that the package installs."""
+    monkeypatch.delenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", raising=False)
+    monkeypatch.delenv("PYTEST_PLUGINS", raising=False)
+    pytester.makepyfile("def test_it(stepped_bus):\n    assert stepped_bus('ax-12a:1').bus\n")
+    result = pytester.runpytest_subprocess("-p", "no:cacheprovider", timeout=100)
+    result.assert_outcomes(passed=1)

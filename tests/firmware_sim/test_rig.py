@@ -254,3 +254,18 @@ def test_an_arm_is_looked_for_in_the_documented_order(
 def test_an_arms_name_is_no_path(tmp_path: Path, name: str) -> None:
     with pytest.raises(RigError, match="is a path, not a name"):
         find_arm(name, tmp_path)
+
+
+@pytest.mark.parametrize("name", ["servos", "Servo", "suply", "Supply", "plants"])
+def test_a_table_with_nearly_a_known_name_is_a_slip(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(f'[[servo]]\nid = 1\nmodel = "xm430-w350"\n[{name}]\nx = 1\n')
+    with pytest.raises(RigError, match=f"unknown table '{name}'; did you mean"):
+        read_rig(path)
+
+
+@pytest.mark.parametrize("name", ["joint", "tip", "landmarks", "name", "base", "camera"])
+def test_other_tables_are_left_to_whom_they_concern(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(f'[[servo]]\nid = 1\nmodel = "xm430-w350"\n[{name}]\nx = 1\n')
+    assert len(read_rig(path).servos) == 1
