@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from firmware_sim.arguments import build_parser, model_list
-from firmware_sim.ask import ask, wants_control
+from firmware_sim.command.arguments import build_parser, model_list
+from firmware_sim.command.ask import ask, wants_control
+from firmware_sim.command.run import serve
+from firmware_sim.command.words import complain, say
 from firmware_sim.errors import SimulatorError
-from firmware_sim.run import serve
-from firmware_sim.words import complain, say
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -8,14 +8,14 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from firmware_sim.bus import Bus
+from firmware_sim.command.state_file import SavedState
 from firmware_sim.errors import PlantError
 from firmware_sim.faults.spec import FaultSpec
+from firmware_sim.firmware.world import World, build_world
 from firmware_sim.physics.plant import SUPPLY_RESISTANCE, JointsPlant, Plant
-from firmware_sim.rig import Mount, Rig
+from firmware_sim.rig.settings import Mount, Rig
 from firmware_sim.simulation import Simulation
-from firmware_sim.state_file import SavedState
-from firmware_sim.world import World, build_world
+from firmware_sim.wire.bus import Bus
 
 _WARM_UP = 0.02
 """Simulated time in which all code has run, s."""
@@ -70,7 +70,7 @@ def build_simulation(
     world = _build_world(rig, mujoco, state, when)
     bus = Bus(world, gap_rule=gap_rule)
     if trace is not None:
-        from firmware_sim.trace import TracedSimulation  # noqa: PLC0415 - not for most
+        from firmware_sim.trace.record import TracedSimulation  # noqa: PLC0415 - not for most
 
         return TracedSimulation(bus, when, faults, seed, trace)
     return Simulation(bus, when, faults=faults, seed=seed)

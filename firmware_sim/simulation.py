@@ -12,15 +12,15 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from firmware_sim.bus import Bus, Transmission
 from firmware_sim.faults.fault import Fault, Line, Piece, Site
 from firmware_sim.faults.identity import own_settings
 from firmware_sim.faults.parsing import parse_fault
 from firmware_sim.faults.roster import Roster, Strike
 from firmware_sim.faults.seam import Seam
 from firmware_sim.faults.spec import FaultSpec
-from firmware_sim.line import wire_time
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.servo import Servo
+from firmware_sim.wire.bus import Bus, Transmission
+from firmware_sim.wire.line import wire_time
 
 
 class Simulation:

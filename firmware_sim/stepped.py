@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from firmware_sim.bus import Bus, Transmission
 from firmware_sim.clock import SteppedClock
 from firmware_sim.errors import RigError
-from firmware_sim.rig import Rig, check_ids, parse_servo, with_baud_rate, with_protocol
-from firmware_sim.rig_file import read_rig
+from firmware_sim.rig.file import read_rig
+from firmware_sim.rig.settings import Rig, check_ids, parse_servo, with_baud_rate, with_protocol
 from firmware_sim.simulation import Simulation, queue
+from firmware_sim.wire.bus import Bus, Transmission
 
 
 class SteppedPort:

@@ -26,7 +26,7 @@ from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any
 
-from firmware_sim.control_client import send
+from firmware_sim.control.client import send
 from firmware_sim.errors import SimulatorStartError
 from firmware_sim.stepped import SteppedPort, stepped
 from firmware_sim.stepped_serial import SteppedSerial

@@ -17,8 +17,8 @@ from __future__ import annotations
 
 from enum import IntFlag
 
-from firmware_sim.codes import HardwareError
-from firmware_sim.memory import Memory
+from firmware_sim.firmware.codes import HardwareError
+from firmware_sim.firmware.memory import Memory
 from firmware_sim.physics.axis import Axis
 
 OVERLOAD_TIME = 0.5

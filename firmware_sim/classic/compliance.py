@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from firmware_sim.classic.rows import FULL_SCALE, STEP_UNITS
-from firmware_sim.memory import Memory
+from firmware_sim.firmware.memory import Memory
 
 _SMALLEST_SLOPE, _LARGEST_SLOPE = 2, 128
 _SLOPE_TIMES_GAIN = 1024

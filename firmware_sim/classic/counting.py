@@ -18,8 +18,8 @@ import math
 from enum import Enum
 
 from firmware_sim.classic.rows import POTENTIOMETER_STEPS, STEP_UNITS
-from firmware_sim.codes import REVERSE_MODE
-from firmware_sim.memory import Memory
+from firmware_sim.firmware.codes import REVERSE_MODE
+from firmware_sim.firmware.memory import Memory
 
 _TICKS = 4096
 _LAST_STEP = POTENTIOMETER_STEPS - 1

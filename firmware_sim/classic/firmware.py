@@ -16,13 +16,13 @@ from firmware_sim.classic.counting import Mode
 from firmware_sim.classic.motion import Motion
 from firmware_sim.classic.present import Present
 from firmware_sim.classic.rules import check_write, xl320_checker
-from firmware_sim.codes import ALERT, HardwareError, StatusError
-from firmware_sim.control_table import Area
-from firmware_sim.firmware import Change, Values
-from firmware_sim.memory import Memory
-from firmware_sim.model import ServoModel
+from firmware_sim.firmware.codes import ALERT, HardwareError, StatusError
+from firmware_sim.firmware.control_table import Area
+from firmware_sim.firmware.family import Change, Values
+from firmware_sim.firmware.memory import Memory
+from firmware_sim.firmware.model import ServoModel
+from firmware_sim.firmware.timeline import Timeline
 from firmware_sim.physics.axis import Axis
-from firmware_sim.timeline import Timeline
 
 _EEPROM_TIME = 6.0e-3
 """How long an AX is deaf for each byte written to its EEPROM, s; measured by users on an AX-12."""

@@ -21,8 +21,8 @@ import math
 from firmware_sim.classic.compliance import compliance, gains
 from firmware_sim.classic.counting import Mode, StepCount, TickCount, mode_of
 from firmware_sim.classic.rows import DIRECTION_BIT, FULL_SCALE
-from firmware_sim.memory import Memory
-from firmware_sim.model import ServoModel
+from firmware_sim.firmware.memory import Memory
+from firmware_sim.firmware.model import ServoModel
 from firmware_sim.physics.axis import Axis
 from firmware_sim.physics.kernel import STEP
 from firmware_sim.physics.profile import Profile, ProfileType, velocity_profile

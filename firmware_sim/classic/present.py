@@ -16,9 +16,9 @@ from collections.abc import Callable
 
 from firmware_sim.classic.motion import Motion, with_direction
 from firmware_sim.classic.rows import FULL_SCALE
-from firmware_sim.memory import Memory
-from firmware_sim.model import ServoModel
-from firmware_sim.timeline import Timeline, realtime_tick
+from firmware_sim.firmware.memory import Memory
+from firmware_sim.firmware.model import ServoModel
+from firmware_sim.firmware.timeline import Timeline, realtime_tick
 
 _CURRENT_AT_REST = 2048
 

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from firmware_sim.control_table import Access, Area, Register
-from firmware_sim.model import Units
+from firmware_sim.firmware.control_table import Access, Area, Register
+from firmware_sim.firmware.model import Units
 
 FIRST_RAM_ADDRESS = 24
 """Where the RAM area begins: Torque Enable(24)."""

@@ -12,11 +12,11 @@ does not say that it did, as that of XL-320 does), Lock(47) does.
 from __future__ import annotations
 
 from firmware_sim.classic.counting import Mode, mode_of
-from firmware_sim.codes import StatusError
-from firmware_sim.control_table import Access, Area, Register
-from firmware_sim.firmware import Values
-from firmware_sim.memory import Memory
-from firmware_sim.writing import WriteChecker
+from firmware_sim.firmware.codes import StatusError
+from firmware_sim.firmware.control_table import Access, Area, Register
+from firmware_sim.firmware.family import Values
+from firmware_sim.firmware.memory import Memory
+from firmware_sim.firmware.writing import WriteChecker
 
 
 def check_write(memory: Memory, address: int, data: bytes) -> tuple[StatusError, Values]:

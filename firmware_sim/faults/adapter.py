@@ -9,7 +9,7 @@ from firmware_sim.faults.argument import Argument
 from firmware_sim.faults.fault import ADAPTER, Line, Piece
 from firmware_sim.faults.spec import FaultKind, FaultSpec
 from firmware_sim.faults.striking import PacketFault, StateFault
-from firmware_sim.line import wire_time
+from firmware_sim.wire.line import wire_time
 
 _USB_PACKET = 62
 """Bytes an FTDI adapter sends without waiting for its timer (FTDI AN232B-04, section 2: packets of

@@ -6,7 +6,6 @@ import re
 from random import Random
 from typing import ClassVar
 
-from firmware_sim.codes import ALERT
 from firmware_sim.faults.argument import TO, Argument
 from firmware_sim.faults.fault import Line, Piece
 from firmware_sim.faults.frames import (
@@ -18,6 +17,7 @@ from firmware_sim.faults.frames import (
 )
 from firmware_sim.faults.spec import FaultKind
 from firmware_sim.faults.striking import PacketFault
+from firmware_sim.firmware.codes import ALERT
 
 _OVERLOAD_BIT = 0x20
 """Of the error byte of protocol 1.0, which has no alert bit."""

@@ -8,8 +8,8 @@ from firmware_sim.faults.argument import Argument
 from firmware_sim.faults.fault import Line, Piece
 from firmware_sim.faults.spec import FaultKind, FaultSpec
 from firmware_sim.faults.striking import PacketFault
-from firmware_sim.line import wire_time
-from firmware_sim.packet import BROADCAST_ID
+from firmware_sim.wire.line import wire_time
+from firmware_sim.wire.packet import BROADCAST_ID
 
 _HELD_CAP = 256
 """Most late replies that wait at a time."""

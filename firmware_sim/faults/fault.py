@@ -9,7 +9,7 @@ from typing import ClassVar, Protocol
 
 from firmware_sim.errors import FaultError
 from firmware_sim.faults.spec import FaultSpec
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.servo import Servo
 
 WIRE, ADAPTER = 0, 1
 """Stages that bytes pass: from the servos over the wire through the adapter to the client."""

@@ -6,8 +6,8 @@ purpose: a fault makes packets that no codec would.
 
 from __future__ import annotations
 
-from firmware_sim.packet import CRC_SIZE, HEADER, PREFIX_SIZE, crc16, stuff, unstuff
-from firmware_sim.parser import LENGTH_CAP
+from firmware_sim.wire.packet import CRC_SIZE, HEADER, PREFIX_SIZE, crc16, stuff, unstuff
+from firmware_sim.wire.parser import LENGTH_CAP
 
 HEADER_1 = b"\xff\xff"
 """Of protocol 1.0; the ID that follows is never FF."""

@@ -10,9 +10,9 @@ from firmware_sim.faults.argument import Argument
 from firmware_sim.faults.fault import Fault, Site
 from firmware_sim.faults.servo_states import ServoState
 from firmware_sim.faults.spec import FaultKind
-from firmware_sim.line import same_rate
-from firmware_sim.rig import rates_in_words
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.servo import Servo
+from firmware_sim.rig.settings import rates_in_words
+from firmware_sim.wire.line import same_rate
 
 
 class SetUpState(ServoState):

@@ -8,7 +8,7 @@ from random import Random
 from firmware_sim.faults.argument import Argument
 from firmware_sim.faults.servo_states import ServoState
 from firmware_sim.faults.spec import FaultKind, FaultSpec
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.servo import Servo
 
 _LOOK_TIME = 0.02
 """From one look at a supply that sags to the next, s."""

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from firmware_sim.bus import Transmission
 from firmware_sim.faults.fault import Fault, Line, Piece
 from firmware_sim.faults.frames import RequestCutter, owner
+from firmware_sim.wire.bus import Transmission
 
 
 class Seam:

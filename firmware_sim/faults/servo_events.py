@@ -5,12 +5,12 @@ from __future__ import annotations
 from random import Random
 from typing import ClassVar
 
-from firmware_sim.codes import CLEAR_MULTI_TURN, HardwareError, StatusError
 from firmware_sim.errors import FaultError
 from firmware_sim.faults.argument import Argument
 from firmware_sim.faults.spec import FaultKind, FaultSpec
 from firmware_sim.faults.striking import EventFault
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.codes import CLEAR_MULTI_TURN, HardwareError, StatusError
+from firmware_sim.firmware.servo import Servo
 
 _OLDER = (HardwareError.INPUT_VOLTAGE, HardwareError.OVERHEATING, HardwareError.OVERLOAD)
 """What servos of other families than X can report (e-Manual: AX-12A, MX-28, XL-320, Shutdown)."""

@@ -9,7 +9,7 @@ from firmware_sim.errors import FaultError
 from firmware_sim.faults.fault import Fault
 from firmware_sim.faults.spec import FaultKind, FaultSpec
 from firmware_sim.faults.striking import StateFault
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.servo import Servo
 
 _FOR_EVER = 1.0e9
 

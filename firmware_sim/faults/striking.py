@@ -7,7 +7,7 @@ from random import Random
 from firmware_sim.errors import FaultError
 from firmware_sim.faults.fault import Fault, Line, Piece
 from firmware_sim.faults.spec import FaultSpec
-from firmware_sim.packet import BROADCAST_ID
+from firmware_sim.wire.packet import BROADCAST_ID
 
 
 class PacketFault(Fault):

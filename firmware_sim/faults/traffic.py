@@ -9,7 +9,7 @@ from firmware_sim.faults.argument import Argument
 from firmware_sim.faults.frames import build_request
 from firmware_sim.faults.spec import FaultKind, FaultSpec
 from firmware_sim.faults.striking import EventFault
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.servo import Servo
 
 _INSTRUCTIONS = {"ping": 0x01, "read": 0x02, "write": 0x03, "reboot": 0x08}
 _REBOOT = "reboot"

@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from importlib import import_module
 
 from firmware_sim.errors import RigError
-from firmware_sim.model import ServoModel
+from firmware_sim.firmware.model import ServoModel
 
 MODEL_NAMES = (
     "xl330-m077",

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 from firmware_sim.classic.rows import AX_BAUD_RATES, STEP_UNITS
 from firmware_sim.classic.rows import classic_row as row
-from firmware_sim.control_table import ControlTable
-from firmware_sim.model import MotorData, ServoModel
+from firmware_sim.firmware.control_table import ControlTable
+from firmware_sim.firmware.model import MotorData, ServoModel
 
 _TABLE = ControlTable(
     [

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 from firmware_sim.classic.rows import MX_BAUD_RATES, MX_UNITS
 from firmware_sim.classic.rows import classic_row as row
-from firmware_sim.control_table import ControlTable, Register
-from firmware_sim.model import MotorData, ServoModel
+from firmware_sim.firmware.control_table import ControlTable, Register
+from firmware_sim.firmware.model import MotorData, ServoModel
 
 _REALTIME_TICK_FROM = 40
 

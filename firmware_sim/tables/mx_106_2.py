@@ -14,8 +14,8 @@ Drive Mode's bit 1 (slave of a dual joint) is in its range and refused: it is no
 
 from __future__ import annotations
 
-from firmware_sim.control_table import ControlTable, indirect_rows, row
-from firmware_sim.model import X_BAUD_RATES, MotorData, ServoModel
+from firmware_sim.firmware.control_table import ControlTable, indirect_rows, row
+from firmware_sim.firmware.model import X_BAUD_RATES, MotorData, ServoModel
 from firmware_sim.tables.versions import mx_versions
 
 _TABLE = ControlTable(

@@ -14,8 +14,8 @@ here too. That state of the page has neither Startup Configuration nor Backup Re
 
 from __future__ import annotations
 
-from firmware_sim.control_table import ControlTable, indirect_rows, row
-from firmware_sim.model import MODES_WITHOUT_CURRENT, X_BAUD_RATES, MotorData, ServoModel
+from firmware_sim.firmware.control_table import ControlTable, indirect_rows, row
+from firmware_sim.firmware.model import MODES_WITHOUT_CURRENT, X_BAUD_RATES, MotorData, ServoModel
 from firmware_sim.tables.versions import mx_versions
 
 _TABLE = ControlTable(

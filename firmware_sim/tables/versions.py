@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from firmware_sim.control_table import ControlTable
-from firmware_sim.model import ServoModel
+from firmware_sim.firmware.control_table import ControlTable
+from firmware_sim.firmware.model import ServoModel
 
 _WITH_BACKUP = frozenset(("Startup Configuration", "Backup Ready"))
 _TORQUE_ON_BY_GOAL = 0b1000

@@ -7,8 +7,8 @@ the SDK's ``xh430_v210.model``. Motor: the same page, "Specifications", at 24.0 
 
 from __future__ import annotations
 
-from firmware_sim.control_table import ControlTable, indirect_rows, row
-from firmware_sim.model import X_BAUD_RATES, MotorData, ServoModel
+from firmware_sim.firmware.control_table import ControlTable, indirect_rows, row
+from firmware_sim.firmware.model import X_BAUD_RATES, MotorData, ServoModel
 from firmware_sim.tables.versions import x430_versions
 
 _TABLE = ControlTable(

@@ -18,8 +18,8 @@ Drive Mode ends at 5 in the page's table: bit 3 came with firmware 46.
 
 from __future__ import annotations
 
-from firmware_sim.control_table import ControlTable, indirect_rows, row
-from firmware_sim.model import X_BAUD_RATES, MotorData, ServoModel
+from firmware_sim.firmware.control_table import ControlTable, indirect_rows, row
+from firmware_sim.firmware.model import X_BAUD_RATES, MotorData, ServoModel
 from firmware_sim.tables.versions import x330_versions
 
 _ROWS = [

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from firmware_sim.classic.rows import STEP_UNITS
 from firmware_sim.classic.rows import classic_row as row
-from firmware_sim.control_table import ControlTable
-from firmware_sim.model import X_BAUD_RATES, MotorData, ServoModel
+from firmware_sim.firmware.control_table import ControlTable
+from firmware_sim.firmware.model import X_BAUD_RATES, MotorData, ServoModel
 
 _TABLE = ControlTable(
     [

@@ -24,8 +24,8 @@ from armsyn.arm.rig import build_rig
 from armsyn.driver.protocol import packet, read, sync_read, sync_write
 from firmware_sim.assembly import build_simulation
 from firmware_sim.clock import SteppedClock
-from firmware_sim.rig import Rig, parse_servo, with_baud_rate
-from firmware_sim.rig_file import read_rig
+from firmware_sim.rig.file import read_rig
+from firmware_sim.rig.settings import Rig, parse_servo, with_baud_rate
 from firmware_sim.testing import SimulatorProcess, SteppedPort
 
 BAUD = 4_000_000

@@ -23,7 +23,7 @@ from firmware_sim.assembly import build_simulation
 from firmware_sim.clock import SteppedClock
 from firmware_sim.errors import FaultError
 from firmware_sim.faults.registry import KINDS
-from firmware_sim.rig import Rig, centre_tick, parse_servo, with_protocol
+from firmware_sim.rig.settings import Rig, centre_tick, parse_servo, with_protocol
 from firmware_sim.tables import MODEL_NAMES
 from firmware_sim.testing import SteppedPort
 

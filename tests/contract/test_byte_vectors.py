@@ -5,15 +5,15 @@ docs/en/dxl/protocol2, "Instruction Details", and docs/en/dxl/protocol1, "Status
 Requests of protocol 1.0 that are not here are in the tests of the older servos' bus.
 """
 
-from firmware_sim.bus import Bus
 from firmware_sim.clock import SteppedClock
-from firmware_sim.codes import HardwareError
+from firmware_sim.firmware.codes import HardwareError
+from firmware_sim.firmware.servo import BOOT_TIME
+from firmware_sim.firmware.world import World, build_world
 from firmware_sim.physics import kernel
-from firmware_sim.rig import ServoSettings
-from firmware_sim.servo import BOOT_TIME
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.stepped import SteppedPort
 from firmware_sim.tables import find_model
-from firmware_sim.world import World, build_world
+from firmware_sim.wire.bus import Bus
 
 W210 = "xm430-w210"
 T288 = "xc330-t288"

@@ -10,9 +10,9 @@ from importlib.resources import files
 import pytest
 import rustypot
 
-from firmware_sim.control_table import Area
 from firmware_sim.errors import RigError
-from firmware_sim.model import ServoModel
+from firmware_sim.firmware.control_table import Area
+from firmware_sim.firmware.model import ServoModel
 from firmware_sim.tables import find_model
 
 AX = ("ax-12a", "ax-18a")

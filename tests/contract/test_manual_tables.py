@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import pytest
 
-from firmware_sim.control_table import Register
-from firmware_sim.model import ServoModel
+from firmware_sim.firmware.control_table import Register
+from firmware_sim.firmware.model import ServoModel
 from firmware_sim.tables import MODEL_NAMES, find_model
 
 DATA = Path(__file__).parents[1] / "data" / "manual_control_tables.csv"

@@ -5,9 +5,9 @@ from itertools import pairwise
 import pytest
 
 from firmware_sim.errors import RigError
-from firmware_sim.rig import ServoSettings
+from firmware_sim.firmware.world import build_world
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.tables import MODEL_NAMES, find_model
-from firmware_sim.world import build_world
 
 MX = ("mx-28", "mx-64", "mx-106")
 X330 = tuple(name for name in MODEL_NAMES if name[2:5] == "330")

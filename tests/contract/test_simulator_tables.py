@@ -14,8 +14,8 @@ from importlib.resources import files
 import pytest
 import rustypot
 
-from firmware_sim.control_table import Access, Area, ControlTable, row
-from firmware_sim.model import PWM_FULL, TICKS_PER_TURN, ServoModel
+from firmware_sim.firmware.control_table import Access, Area, ControlTable, row
+from firmware_sim.firmware.model import PWM_FULL, TICKS_PER_TURN, ServoModel
 from firmware_sim.tables import MODEL_NAMES, find_model
 
 MX = ("mx-28", "mx-64", "mx-106")

@@ -16,13 +16,13 @@ from armsyn.driver.path import straight_way
 from armsyn.driver.transactions import Bus
 from armsyn.errors import PortLostError
 from armsyn.motion import Motion
-from firmware_sim.bus import Bus as SimulatedBus
 from firmware_sim.clock import SteppedClock
-from firmware_sim.rig import ServoSettings
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.servo import Servo
+from firmware_sim.firmware.world import build_world
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.tables import find_model
 from firmware_sim.testing import SteppedPort
-from firmware_sim.world import build_world
+from firmware_sim.wire.bus import Bus as SimulatedBus
 
 BAUD_CODE = 3  # 1 Mbaud
 REPLY_HEADER = b"\xff\xff\xfd\x00"

@@ -17,7 +17,7 @@ from armsyn.errors import (
     LimitError,
     PortLostError,
 )
-from firmware_sim.codes import HardwareError
+from firmware_sim.firmware.codes import HardwareError
 from tests.driver.stepped import SteppedArm, without
 
 ON, OFF = [1] * 7, [0] * 7

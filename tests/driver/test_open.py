@@ -16,8 +16,8 @@ from armsyn.errors import (
     ServoMismatchError,
     ServoMissingError,
 )
-from firmware_sim.codes import HardwareError
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.codes import HardwareError
+from firmware_sim.firmware.servo import Servo
 from tests.driver.stepped import SteppedArm, without
 
 

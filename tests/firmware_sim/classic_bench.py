@@ -1,11 +1,11 @@
 """One older servo in a world of its own, with registers by name and time that is told to it."""
 
-from firmware_sim.codes import StatusError
-from firmware_sim.model import ServoModel
+from firmware_sim.firmware.codes import StatusError
+from firmware_sim.firmware.model import ServoModel
+from firmware_sim.firmware.world import build_world
 from firmware_sim.physics.axis import Axis
-from firmware_sim.rig import ServoSettings
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.tables import find_model
-from firmware_sim.world import build_world
 
 DIRECTION = 1024  # bit 10: clockwise
 

@@ -4,14 +4,14 @@ from collections.abc import Callable
 
 import pytest
 
-from firmware_sim.bus import Bus
 from firmware_sim.clock import SteppedClock
-from firmware_sim.packet import build_packet
-from firmware_sim.parser import Packet, PacketParser
-from firmware_sim.rig import ServoSettings
+from firmware_sim.firmware.world import build_world
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.tables import find_model
 from firmware_sim.testing import SteppedPort
-from firmware_sim.world import build_world
+from firmware_sim.wire.bus import Bus
+from firmware_sim.wire.packet import build_packet
+from firmware_sim.wire.parser import Packet, PacketParser
 
 BAUD_RATE = 1_000_000
 FACTORY = {

@@ -2,14 +2,14 @@
 
 from dynamixel_sdk import Protocol2PacketHandler
 
-from firmware_sim.bus import Bus
 from firmware_sim.clock import SteppedClock
 from firmware_sim.faults.parsing import parse_fault
-from firmware_sim.rig import ServoSettings
+from firmware_sim.firmware.world import build_world
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.simulation import Simulation
 from firmware_sim.tables import find_model
 from firmware_sim.testing import SteppedPort
-from firmware_sim.world import build_world
+from firmware_sim.wire.bus import Bus
 
 BAUD_RATE = 1_000_000
 BYTE = 10 / BAUD_RATE

@@ -3,8 +3,8 @@
 It knows nothing of motors: what depends on where the horn is, the test tells it.
 """
 
-from firmware_sim.codes import StatusError
-from firmware_sim.control_table import Access, Area, ControlTable, Register
+from firmware_sim.firmware.codes import StatusError
+from firmware_sim.firmware.control_table import Access, Area, ControlTable, Register
 
 LIMITS = {
     "Goal PWM": "PWM Limit",

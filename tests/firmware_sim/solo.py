@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 
-from firmware_sim.codes import StatusError
+from firmware_sim.firmware.codes import StatusError
+from firmware_sim.firmware.world import build_world
 from firmware_sim.physics.axis import Axes
 from firmware_sim.physics.plant import JointsPlant, Plant
-from firmware_sim.rig import ServoSettings
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.tables import find_model
-from firmware_sim.world import build_world
 
 
 def stiff_supply(axes: Axes) -> Plant:

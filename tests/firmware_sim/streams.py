@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 
-from firmware_sim.packet import HEADER, build_packet
-from firmware_sim.packet1 import build_packet_1
+from firmware_sim.wire.packet import HEADER, build_packet
+from firmware_sim.wire.packet1 import build_packet_1
 
 Take = Callable[[], int]
 _LIKELY = b"\xff\xff\xff\xfd\xfd\x00\x00\x01\x02\x55\xfe"

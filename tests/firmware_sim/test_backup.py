@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from firmware_sim.codes import StatusError
+from firmware_sim.firmware.codes import StatusError
 
 from .solo import Solo
 

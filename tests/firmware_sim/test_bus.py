@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_sim.line import garble
-from firmware_sim.observed import Heard, Said
-from firmware_sim.packet import build_packet, build_status
-from firmware_sim.packet1 import build_packet_1
-from firmware_sim.parser import DamagedPacket, Packet, PacketParser
+from firmware_sim.wire.line import garble
+from firmware_sim.wire.observed import Heard, Said
+from firmware_sim.wire.packet import build_packet, build_status
+from firmware_sim.wire.packet1 import build_packet_1
+from firmware_sim.wire.parser import DamagedPacket, Packet, PacketParser
 
 from .conftest import Bench
 from .wire import Wire, servo

@@ -4,7 +4,7 @@ import pytest
 
 from firmware_sim.classic.alarms import BLINKING_AFTER
 from firmware_sim.classic.firmware import ClassicFirmware
-from firmware_sim.codes import ALERT, HardwareError, StatusError
+from firmware_sim.firmware.codes import ALERT, HardwareError, StatusError
 from tests.firmware_sim.classic_bench import ClassicBench
 
 OVERLOAD_TIME = 0.5

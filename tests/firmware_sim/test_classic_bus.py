@@ -4,12 +4,12 @@ e-Manual, docs/en/dxl/protocol1, "Instruction Details": its examples are with an
 registers lie as those of an AX do.
 """
 
-from firmware_sim.bus import Bus
 from firmware_sim.classic.alarms import OVERLOAD_TIME
-from firmware_sim.packet import build_packet
-from firmware_sim.rig import ServoSettings
+from firmware_sim.firmware.world import World, build_world
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.tables import find_model
-from firmware_sim.world import World, build_world
+from firmware_sim.wire.bus import Bus
+from firmware_sim.wire.packet import build_packet
 
 RATE = 1_000_000
 

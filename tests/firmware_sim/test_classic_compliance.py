@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_sim.classic.compliance import Compliance, Side, compliance, gains, slope_used
-from firmware_sim.memory import Memory
+from firmware_sim.firmware.memory import Memory
 from firmware_sim.tables import ax_12a, mx_28
 
 STEP = math.radians(300.0) / 1024  # rad a step

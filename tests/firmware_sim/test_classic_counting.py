@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_sim.classic.counting import Mode, StepCount, TickCount, mode_of
-from firmware_sim.memory import Memory
+from firmware_sim.firmware.memory import Memory
 from firmware_sim.tables import ax_12a, mx_28, mx_106, xl_320
 
 STEPS_PER_TURN = 1024 * 360 / 300

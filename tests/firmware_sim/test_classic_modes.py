@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_sim.codes import StatusError
+from firmware_sim.firmware.codes import StatusError
 from tests.firmware_sim.classic_bench import ClassicBench
 
 WHEEL = {"CW_Angle_Limit": 0, "CCW_Angle_Limit": 0}

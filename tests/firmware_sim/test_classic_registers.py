@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_sim.classic.firmware import ClassicFirmware
-from firmware_sim.codes import StatusError
+from firmware_sim.firmware.codes import StatusError
 from tests.firmware_sim.classic_bench import ClassicBench
 
 OK, RANGE, LIMIT, ACCESS, LENGTH = (

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 import serial
 
-from firmware_sim.control_client import send
+from firmware_sim.control.client import send
 from firmware_sim.errors import SimulatorStartError
-from firmware_sim.packet import build_packet
 from firmware_sim.testing import SimulatorProcess, running, simulated
+from firmware_sim.wire.packet import build_packet
 
 COMMAND = [sys.executable, "-m", "firmware_sim"]
 PING = build_packet(1, 0x01)

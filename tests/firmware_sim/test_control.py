@@ -13,10 +13,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from firmware_sim import control
-from firmware_sim.control import CONNECTION_CAP, LINE_CAP, ControlSocket
-from firmware_sim.control_client import send
-from firmware_sim.control_file import ControlAddress, read_control_file
+from firmware_sim.control import socket as control
+from firmware_sim.control.client import send
+from firmware_sim.control.file import ControlAddress, read_control_file
+from firmware_sim.control.socket import CONNECTION_CAP, LINE_CAP, ControlSocket
 from firmware_sim.errors import ControlError, OutputError
 from tests.firmware_sim.faults_bench import FaultBench
 

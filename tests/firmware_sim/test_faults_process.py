@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from firmware_sim.control_client import send
+from firmware_sim.control.client import send
 from firmware_sim.testing import SimulatorProcess
 from tests.firmware_sim.faults_bench import request
 

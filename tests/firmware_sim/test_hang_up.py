@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 import serial
 
-from firmware_sim.packet import build_packet
 from firmware_sim.testing import running, simulated, stepped
+from firmware_sim.wire.packet import build_packet
 
 PING = build_packet(1, 0x01)
 READ_ALL = build_packet(1, 0x02, bytes((0, 0, 140, 0)))

@@ -4,7 +4,7 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given, settings
 
-from firmware_sim.codes import StatusError
+from firmware_sim.firmware.codes import StatusError
 
 from .solo import Solo, raw
 

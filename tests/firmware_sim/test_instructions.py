@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import pytest
 
-from firmware_sim.codes import HardwareError, StatusError
-from firmware_sim.rig import ServoSettings
-from firmware_sim.servo import BOOT_TIME
+from firmware_sim.firmware.codes import HardwareError, StatusError
+from firmware_sim.firmware.servo import BOOT_TIME
+from firmware_sim.rig.settings import ServoSettings
 
 from .conftest import Bench
 from .wire import Wire, le, servo

@@ -2,10 +2,10 @@
 
 import pytest
 
-from firmware_sim.codes import HardwareError
-from firmware_sim.packet import build_packet
-from firmware_sim.packet1 import build_packet_1
-from firmware_sim.servo import BOOT_TIME
+from firmware_sim.firmware.codes import HardwareError
+from firmware_sim.firmware.servo import BOOT_TIME
+from firmware_sim.wire.packet import build_packet
+from firmware_sim.wire.packet1 import build_packet_1
 
 from .wire import Wire, le, servo
 

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_sim.codes import StatusError
-from firmware_sim.packet import build_packet, crc16
-from firmware_sim.protocol2_shares import bulk_reads, bulk_writes, sync_reads, sync_writes
+from firmware_sim.firmware.codes import StatusError
+from firmware_sim.wire.packet import build_packet, crc16
+from firmware_sim.wire.protocol2_shares import bulk_reads, bulk_writes, sync_reads, sync_writes
 
 from .wire import Wire, le, servo
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_sim.codes import StatusError
+from firmware_sim.firmware.codes import StatusError
 
 from .solo import Solo
 

@@ -14,12 +14,12 @@ import pytest
 import serial
 from rich.console import Console
 
-from firmware_sim.live_table import COLUMNS, draw, show
-from firmware_sim.packet import build_packet
-from firmware_sim.readings import Reader
-from firmware_sim.rig import parse_servo
-from firmware_sim.table_feed import TableFeed
-from firmware_sim.world import build_world
+from firmware_sim.command.live_table import COLUMNS, draw, show
+from firmware_sim.command.readings import Reader
+from firmware_sim.command.table_feed import TableFeed
+from firmware_sim.firmware.world import build_world
+from firmware_sim.rig.settings import parse_servo
+from firmware_sim.wire.packet import build_packet
 
 ROW = ["7", "xm430-w350", "position", "on", "2048", "2100", "1.4 rpm", "-13 mA"]
 ROW += ["25 °C", "12 V", "overload", "500", "[crc-error]"]

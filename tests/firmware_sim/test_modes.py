@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_sim.codes import StatusError
+from firmware_sim.firmware.codes import StatusError
 from firmware_sim.tables import MODEL_NAMES, find_model
 
 from .solo import Solo

@@ -10,10 +10,10 @@ from armsyn.arm import ArmDescription, load_arm
 from armsyn.arm.rig import build_rig
 from firmware_sim.assembly import build_simulation
 from firmware_sim.errors import PlantError
-from firmware_sim.rig import Rig
-from firmware_sim.rig_file import read_rig
-from firmware_sim.servo import Servo
-from firmware_sim.world import World
+from firmware_sim.firmware.servo import Servo
+from firmware_sim.firmware.world import World
+from firmware_sim.rig.file import read_rig
+from firmware_sim.rig.settings import Rig
 
 CALIBRATION = Path(__file__).resolve().parents[2] / "calibration"
 TORQUE, GOAL, POSITION, LOAD, HARDWARE_ERROR = 64, 116, 132, 126, 70

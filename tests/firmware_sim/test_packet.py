@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_sim.packet import (
+from firmware_sim.wire.packet import (
     HEADER,
     build_fast_status,
     build_packet,
@@ -13,7 +13,7 @@ from firmware_sim.packet import (
     stuff,
     unstuff,
 )
-from firmware_sim.parser import Packet, PacketParser
+from firmware_sim.wire.parser import Packet, PacketParser
 
 from .streams import likely
 

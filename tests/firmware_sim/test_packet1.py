@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_sim.packet1 import build_packet_1, checksum
-from firmware_sim.parser import Packet
-from firmware_sim.parser1 import PacketParser1
+from firmware_sim.wire.packet1 import build_packet_1, checksum
+from firmware_sim.wire.parser import Packet
+from firmware_sim.wire.parser1 import PacketParser1
 
 # Instruction and status packets printed in the e-Manual's page on Protocol 1.0.
 MANUAL_PACKETS = [

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from firmware_sim.packet import HEADER, build_packet
-from firmware_sim.parser import DamagedPacket, Packet, PacketParser
+from firmware_sim.wire.packet import HEADER, build_packet
+from firmware_sim.wire.parser import DamagedPacket, Packet, PacketParser
 
 from .streams import cook, cut, frame_2, lie, noise
 

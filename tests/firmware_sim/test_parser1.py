@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_sim.ears import Arrival, Ears
-from firmware_sim.packet import HEADER, build_packet
-from firmware_sim.packet1 import build_packet_1
-from firmware_sim.parser import DamagedPacket, Packet
-from firmware_sim.parser1 import PacketParser1
+from firmware_sim.wire.ears import Arrival, Ears
+from firmware_sim.wire.packet import HEADER, build_packet
+from firmware_sim.wire.packet1 import build_packet_1
+from firmware_sim.wire.parser import DamagedPacket, Packet
+from firmware_sim.wire.parser1 import PacketParser1
 
 from .streams import cook, cut, frame_1, frame_2, lie, noise
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from firmware_sim.bus import GAP_TIME
-from firmware_sim.codes import StatusError
-from firmware_sim.packet import build_packet, build_status
+from firmware_sim.firmware.codes import StatusError
+from firmware_sim.wire.bus import GAP_TIME
+from firmware_sim.wire.packet import build_packet, build_status
 
 from .wire import Wire, le
 

@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import pytest
 
-from firmware_sim.codes import StatusError
-from firmware_sim.rig import ServoSettings
+from firmware_sim.firmware.codes import StatusError
+from firmware_sim.firmware.world import build_world
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.tables import MODEL_NAMES, find_model
-from firmware_sim.world import build_world
 
 from .conftest import Bench
 

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_sim import packet
-from firmware_sim.bus import Transmission
-from firmware_sim.packet import build_packet, build_status, crc16
-from firmware_sim.packet1 import build_packet_1
-from firmware_sim.protocol2_shares import bulk_reads, sync_reads
+from firmware_sim.wire import packet
+from firmware_sim.wire.bus import Transmission
+from firmware_sim.wire.packet import build_packet, build_status, crc16
+from firmware_sim.wire.packet1 import build_packet_1
+from firmware_sim.wire.protocol2_shares import bulk_reads, sync_reads
 
 from .wire import RATE, Wire, servo
 

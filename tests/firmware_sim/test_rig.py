@@ -5,12 +5,19 @@ from pathlib import Path
 
 import pytest
 
-from firmware_sim.arm_search import find_arm
 from firmware_sim.errors import RigError
-from firmware_sim.line import same_rate
-from firmware_sim.rig import Mount, Supply, check_ids, parse_servo, with_baud_rate, with_protocol
-from firmware_sim.rig_file import SET_UP, read_rig
-from firmware_sim.world import build_world
+from firmware_sim.firmware.world import build_world
+from firmware_sim.rig.arm_search import find_arm
+from firmware_sim.rig.file import SET_UP, read_rig
+from firmware_sim.rig.settings import (
+    Mount,
+    Supply,
+    check_ids,
+    parse_servo,
+    with_baud_rate,
+    with_protocol,
+)
+from firmware_sim.wire.line import same_rate
 
 FULL = """
 name = "an arm's own fields are none of the simulator's business"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_sim.codes import HardwareError, StatusError
+from firmware_sim.firmware.codes import HardwareError, StatusError
 
 from .solo import Solo
 

@@ -13,6 +13,7 @@ import serial
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_sim.command.state_file import StateKeeper, read_state, write_state
 from firmware_sim.errors import (
     FaultError,
     OutputError,
@@ -21,12 +22,11 @@ from firmware_sim.errors import (
     StateFileError,
 )
 from firmware_sim.faults.scenario import read_scenario
-from firmware_sim.packet import build_packet
-from firmware_sim.rig import parse_servo
-from firmware_sim.rig_file import read_rig
-from firmware_sim.state_file import StateKeeper, read_state, write_state
+from firmware_sim.firmware.world import World, build_world
+from firmware_sim.rig.file import read_rig
+from firmware_sim.rig.settings import parse_servo
 from firmware_sim.testing import SimulatorProcess, simulated, stepped
-from firmware_sim.world import World, build_world
+from firmware_sim.wire.packet import build_packet
 
 COMMAND = [sys.executable, "-m", "firmware_sim"]
 NAMES = ["xm430-w350:1", "ax-12a:2", "xl-320:3", "mx-28:4"]

@@ -6,8 +6,8 @@ import hypothesis.strategies as st
 from hypothesis import settings
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from firmware_sim.codes import HardwareError, StatusError
-from firmware_sim.control_table import Register
+from firmware_sim.firmware.codes import HardwareError, StatusError
+from firmware_sim.firmware.control_table import Register
 from firmware_sim.tables import find_model
 
 from .plain_servo import GOALS, LEADING, PlainServo

@@ -6,8 +6,8 @@ import pytest
 from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS, PortHandler, Protocol2PacketHandler
 
 from firmware_sim.errors import FaultError, RigError
-from firmware_sim.packet import build_packet
 from firmware_sim.testing import SteppedSerial, stepped
+from firmware_sim.wire.packet import build_packet
 
 PING = build_packet(1, 0x01)
 

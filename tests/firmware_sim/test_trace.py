@@ -10,11 +10,11 @@ from firmware_sim.assembly import build_simulation
 from firmware_sim.clock import SteppedClock
 from firmware_sim.errors import OutputError
 from firmware_sim.faults.parsing import parse_fault
-from firmware_sim.packet import build_packet
-from firmware_sim.rig import Rig, parse_servo, with_baud_rate
+from firmware_sim.rig.settings import Rig, parse_servo, with_baud_rate
 from firmware_sim.testing import SteppedPort, running, simulated
-from firmware_sim.trace import TracedSimulation
-from firmware_sim.trace_file import TraceFile
+from firmware_sim.trace.file import TraceFile
+from firmware_sim.trace.record import TracedSimulation
+from firmware_sim.wire.packet import build_packet
 
 
 class Traced:
@@ -184,7 +184,7 @@ def test_a_header_within_bytes_of_no_frame_is_pointed_at(path: Path) -> None:
 def test_what_comes_faster_than_it_can_be_written_is_counted(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firmware_sim.trace.RECORD_CAP", 4)
+    monkeypatch.setattr("firmware_sim.trace.record.RECORD_CAP", 4)
     bus = Traced(path, "xm430-w350:1")
     for _ in range(10):
         bus.ask(1, 0x01)
@@ -241,7 +241,7 @@ class FillingDisk:
 def test_a_disk_that_takes_nothing_does_not_hold_anybody_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firmware_sim.trace_file.BACKLOG_CAP", 10)
+    monkeypatch.setattr("firmware_sim.trace.file.BACKLOG_CAP", 10)
     file = TraceFile(tmp_path / "trace.txt")
     for number in range(4):
         file.write(f"line {number}\n")  # nobody writes yet

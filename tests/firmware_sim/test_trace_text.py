@@ -2,12 +2,12 @@
 
 import pytest
 
-from firmware_sim.observed import Heard, Said
-from firmware_sim.packet import build_fast_status, build_packet, build_status
-from firmware_sim.packet1 import build_packet_1
-from firmware_sim.parser import PacketParser
-from firmware_sim.parser1 import PacketParser1
-from firmware_sim.trace_text import Narrator
+from firmware_sim.trace.text import Narrator
+from firmware_sim.wire.observed import Heard, Said
+from firmware_sim.wire.packet import build_fast_status, build_packet, build_status
+from firmware_sim.wire.packet1 import build_packet_1
+from firmware_sim.wire.parser import PacketParser
+from firmware_sim.wire.parser1 import PacketParser1
 
 from .wire import Wire
 

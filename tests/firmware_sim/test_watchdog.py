@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from firmware_sim.codes import StatusError
+from firmware_sim.firmware.codes import StatusError
 
 from .conftest import Bench
 

@@ -4,11 +4,11 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given, settings
 
-from firmware_sim.codes import CLEAR_MULTI_TURN, StatusError
-from firmware_sim.rig import ServoSettings
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.codes import CLEAR_MULTI_TURN, StatusError
+from firmware_sim.firmware.servo import Servo
+from firmware_sim.firmware.world import World, build_world
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.tables import find_model
-from firmware_sim.world import World, build_world
 
 from .solo import Solo, raw
 

@@ -2,16 +2,16 @@
 
 from collections.abc import Mapping
 
-from firmware_sim.bus import Bus, Transmission
-from firmware_sim.codes import StatusError
-from firmware_sim.packet import build_packet
-from firmware_sim.packet1 import build_packet_1
-from firmware_sim.parser import DamagedPacket, Packet, PacketParser
-from firmware_sim.parser1 import PacketParser1
-from firmware_sim.rig import ServoSettings
-from firmware_sim.servo import Servo
+from firmware_sim.firmware.codes import StatusError
+from firmware_sim.firmware.servo import Servo
+from firmware_sim.firmware.world import build_world
+from firmware_sim.rig.settings import ServoSettings
 from firmware_sim.tables import find_model
-from firmware_sim.world import build_world
+from firmware_sim.wire.bus import Bus, Transmission
+from firmware_sim.wire.packet import build_packet
+from firmware_sim.wire.packet1 import build_packet_1
+from firmware_sim.wire.parser import DamagedPacket, Packet, PacketParser
+from firmware_sim.wire.parser1 import PacketParser1
 
 RATE = 1_000_000
 Answer = tuple[int, ...]

@@ -1,0 +1,1 @@
+"""The command ``firmware-sim``: arguments, port, loop, table, state."""

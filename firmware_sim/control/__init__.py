@@ -1,0 +1,1 @@
+"""Faults and questions at run time, over a loopback socket."""

@@ -1,0 +1,1 @@
+"""Which servos to simulate, and what feeds and holds them."""

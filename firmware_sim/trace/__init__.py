@@ -1,0 +1,1 @@
+"""Every packet, written down for people to read."""

@@ -1,0 +1,1 @@
+"""Bytes and what they mean: packets of both protocols, and the wire they share."""
