@@ -8,12 +8,12 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from firmware_sim.command.state_file import SavedState
 from firmware_sim.errors import PlantError
 from firmware_sim.faults.spec import FaultSpec
 from firmware_sim.firmware.world import World, build_world
 from firmware_sim.physics.plant import SUPPLY_RESISTANCE, JointsPlant, Plant
 from firmware_sim.rig.settings import Mount, Rig
+from firmware_sim.rig.state_file import SavedState
 from firmware_sim.simulation import Simulation
 from firmware_sim.wire.bus import Bus
 

@@ -22,6 +22,22 @@ TOWER = [  # lowest first; a room may import rooms at or below its own step
     {"view", "experiments"},
     {"cli"},
 ]
+SIMULATOR_TOWER = [  # the same of firmware_sim; top-level modules are named as themselves
+    {"errors", "clock", "files"},
+    {"physics"},
+    {"firmware"},
+    {"tables", "classic"},
+    {"wire"},
+    {"rig"},
+    {"faults"},
+    {"simulation"},
+    {"trace", "control"},
+    {"assembly"},
+    {"stepped"},
+    {"stepped_serial"},
+    {"command", "testing"},
+    {"__main__", "pytest_plugin"},
+]
 DRIVER_MAY_IMPORT = {"driver", "motion", "safety", "arm", "kinematics", "errors"}
 FILES = sorted([*(ROOT / "armsyn").rglob("*.py"), *(ROOT / "firmware_sim").rglob("*.py")])
 
@@ -76,3 +92,16 @@ def test_every_room_is_in_the_tower() -> None:
     known = {room for rooms in TOWER for room in rooms} | {"driver"}
     rooms = {p.name for p in (ROOT / "armsyn").iterdir() if (p / "__init__.py").is_file()}
     assert rooms <= known
+
+
+SIMULATOR_FILES = [path for path in FILES if path.relative_to(ROOT).parts[0] == "firmware_sim"]
+
+
+@pytest.mark.parametrize("path", SIMULATOR_FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_the_simulators_imports_go_down_its_tower(path: Path) -> None:
+    step = {room: number for number, rooms in enumerate(SIMULATOR_TOWER) for room in rooms}
+    own = path.relative_to(ROOT).with_suffix("").parts[1]
+    for module in imported_modules(path):
+        parts = module.split(".")
+        if parts[0] == "firmware_sim" and len(parts) > 1 and own != "__init__":
+            assert step[parts[1]] <= step[own], module

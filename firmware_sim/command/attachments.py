@@ -16,7 +16,7 @@ from firmware_sim.simulation import Simulation
 from firmware_sim.wire.observed import Heard, Said
 
 if TYPE_CHECKING:
-    from firmware_sim.command.state_file import StateKeeper
+    from firmware_sim.rig.state_file import StateKeeper
 
 _COMPLAINT_PERIOD = 1.0  # s
 
@@ -82,7 +82,7 @@ class Attachments:
             self.complaints.append(lambda: keeper.problem)
 
     def _make_keeper(self, path: Path) -> StateKeeper:
-        from firmware_sim.command.state_file import StateKeeper  # noqa: PLC0415 - not for most
+        from firmware_sim.rig.state_file import StateKeeper  # noqa: PLC0415 - not for most
 
         simulation = self._simulation
         return StateKeeper(path, simulation.bus.servos, self._names, simulation.snapshot)

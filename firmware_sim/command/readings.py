@@ -5,8 +5,8 @@ The simulator's process only collects the numbers; `live_table` makes text of th
 
 from __future__ import annotations
 
-from firmware_sim.command.readable import hardware_errors, mode_name, value_in_words
 from firmware_sim.firmware.control_table import Register
+from firmware_sim.firmware.readable import hardware_errors, mode_name, value_in_words
 from firmware_sim.firmware.servo import Servo
 
 _NAMES = {

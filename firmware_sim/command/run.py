@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from firmware_sim.command.attachments import Attachments
     from firmware_sim.command.pty_port import PtyPort
     from firmware_sim.command.server import Server
-    from firmware_sim.command.state_file import SavedState
     from firmware_sim.faults.spec import FaultSpec
+    from firmware_sim.rig.state_file import SavedState
 
 _MAX_RETURN_DELAY = 254
 
@@ -184,7 +184,7 @@ def _read_state(rig: Rig, arguments: argparse.Namespace, stack: ExitStack) -> Sa
     """Return what the servos remember, but for what the command line says itself."""
     if not arguments.state:
         return None
-    from firmware_sim.command.state_file import lock_state, read_state  # noqa: PLC0415 - not for most
+    from firmware_sim.rig.state_file import lock_state, read_state  # noqa: PLC0415 - not for most
 
     arguments.state = arguments.state.resolve()
     stack.callback(lock_state(arguments.state).close)

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from firmware_sim.errors import RigError
+from firmware_sim.firmware.checking import check_value
 from firmware_sim.firmware.control_table import Access, Area, ControlTable
 from firmware_sim.firmware.model import ServoModel
-from firmware_sim.rig.settings import check_value
 
 if TYPE_CHECKING:
     from firmware_sim.firmware.servo import Servo

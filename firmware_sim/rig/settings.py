@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from firmware_sim.errors import RigError
+from firmware_sim.firmware.checking import check_value
 from firmware_sim.firmware.codes import MAX_ID
 from firmware_sim.firmware.control_table import Access, Area
 from firmware_sim.firmware.model import ServoModel
@@ -225,31 +226,6 @@ def _check_register(model: ServoModel, name: str, value: object) -> None:
     if name == "ID":
         raise RigError("the ID is given by id, not as a register", field=name)
     check_value(model, name, value)
-
-
-def check_value(model: ServoModel, name: str, value: object) -> None:
-    """Refuse what a register of a model cannot hold.
-
-    Raises
-    ------
-    RigError
-        If it is no whole number within the register's range, or one that the model has no use for:
-        a mode, a bit or a rate.
-    """
-    register = model.table[name]
-    if type(value) is not int or not register.minimum <= value <= register.maximum:
-        raise RigError(
-            f"{name} = {value!r} is not a whole number from"
-            f" {register.minimum} to {register.maximum}",
-            field=name,
-        )
-    known = {
-        "Drive Mode": value & ~model.drive_mode_bits == 0,
-        "Operating Mode": value in model.operating_modes,
-        "Baud Rate": value in model.baud_rates,
-    }
-    if not known.get(name, True):
-        raise RigError(f"{name} = {value} is none that {model.name} has", field=name)
 
 
 def check_ids(servos: Sequence[ServoSettings]) -> None:

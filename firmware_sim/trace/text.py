@@ -15,9 +15,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import IntEnum
 
-from firmware_sim.command.readable import range_in_words, registers_in_words
 from firmware_sim.firmware.codes import ALERT, ErrorBit, StatusError
 from firmware_sim.firmware.control_table import ControlTable
+from firmware_sim.firmware.readable import range_in_words, registers_in_words
 from firmware_sim.firmware.servo import Servo
 from firmware_sim.wire.observed import Heard, Said
 from firmware_sim.wire.packet import BROADCAST_ID, STATUS_INSTRUCTION

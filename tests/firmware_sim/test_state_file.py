@@ -13,7 +13,6 @@ import serial
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_sim.command.state_file import StateKeeper, read_state, write_state
 from firmware_sim.errors import (
     FaultError,
     OutputError,
@@ -25,6 +24,7 @@ from firmware_sim.faults.scenario import read_scenario
 from firmware_sim.firmware.world import World, build_world
 from firmware_sim.rig.file import read_rig
 from firmware_sim.rig.settings import parse_servo
+from firmware_sim.rig.state_file import StateKeeper, read_state, write_state
 from firmware_sim.testing import SimulatorProcess, simulated, stepped
 from firmware_sim.wire.packet import build_packet
 
