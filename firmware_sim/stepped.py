@@ -34,7 +34,7 @@ class SteppedPort:
     Raises
     ------
     OSError
-        From `write`, `in_waiting` and `read`, while the simulation is unplugged.
+        From `write`, `in_waiting`, `read` and a new `baud_rate`, while the simulation is unplugged.
     """
 
     def __init__(self, simulation: Simulation | Bus, clock: SteppedClock, baud_rate: float) -> None:

@@ -13,6 +13,7 @@ import struct
 import sys
 import time
 import traceback
+from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from multiprocessing import get_context
@@ -66,7 +67,7 @@ def run_case(seed: int) -> None:
         except OSError:  # unplugged
             port.wait_until(port.clock.now() + 0.1)
         if draw.random() < 0.02:
-            with suppress(ValueError):
+            with suppress(ValueError, OSError):  # no rate, or no port
                 port.baud_rate = draw.choice(RATES)
     ears = port.bus.ears
     pending = ears.parser.pending + ears.parser1.pending
@@ -175,6 +176,8 @@ def main() -> int:
                 failures += found
             seed += 80
     print("\n".join(failures[:20]))
+    for reason, count in Counter(text.splitlines()[-1] for text in failures).items():
+        print(f"{count} x {reason}")
     print(f"seeds {first} to {seed - 1}: {len(failures)} failed; {minutes:g} minutes")
     return 1 if failures else 0
 
