@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -86,22 +84,8 @@ def warm_up(rig: Rig, mujoco: bool = False) -> None:
     PlantError
         If `mujoco` is asked for and the rig has no bodies, or MuJoCo is missing.
     """
-    with _without_scipy():
-        world = _build_world(rig, mujoco, None, 0.0)
-        world.advance(_WARM_UP)
-
-
-@contextmanager
-def _without_scipy() -> Iterator[None]:
-    """Keep numba from importing SciPy for a BLAS that no physics here uses: 13 MB and 0.2 s."""
-    if "scipy" in sys.modules:
-        yield
-        return
-    sys.modules["scipy"] = None  # type: ignore[assignment]  # so import says "not there"
-    try:
-        yield
-    finally:
-        del sys.modules["scipy"]
+    world = _build_world(rig, mujoco, None, 0.0)
+    world.advance(_WARM_UP)
 
 
 def _build_world(rig: Rig, mujoco: bool, state: SavedState | None, when: float) -> World:
