@@ -1,27 +1,22 @@
-"""Peak memory of one `armsyn reach`, driver and simulator together.
-
-Memory that both share (the code of the same libraries) is counted once: Linux's PSS, looked at
-fifty times a second.
-"""
+"""Peak memory of one `armsyn reach`, driver and simulator together (Linux: VmHWM)."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
-from contextlib import suppress
 from pathlib import Path
 
 LIMIT_MB = 300.0
 COMMAND = [sys.executable, "-m", "armsyn", "reach", "--target", "0.35", "-0.1", "-0.15"]
 
 
-def memory_mb(pid: int) -> float:
-    """Memory of a process, its part of what it shares, MB; 0 when it has ended."""
+def peak_mb(pid: int) -> float:
+    """Largest resident memory of a process so far, MB; 0 when it has ended."""
     try:
-        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
     except (FileNotFoundError, ProcessLookupError):
         return 0.0
-    found = [line for line in lines if line.startswith("Pss:")]
+    found = [line for line in lines if line.startswith("VmHWM")]
     return float(found[0].split()[1]) / 1024 if found else 0.0
 
 
@@ -34,16 +29,16 @@ def children(pid: int) -> list[int]:
 
 
 def main() -> int:
-    """Print both at the moment of the largest sum; 1 when that is above the limit."""
+    """Print both peaks; 1 when their sum is above the limit."""
     driver, simulator = 0.0, 0.0
     with subprocess.Popen(COMMAND, stdout=subprocess.DEVNULL) as process:
         while process.poll() is None:
-            one = memory_mb(process.pid)
-            other = sum(memory_mb(child) for child in children(process.pid))
-            if one + other > driver + simulator:
-                driver, simulator = one, other
-            with suppress(subprocess.TimeoutExpired):
+            driver = max(driver, peak_mb(process.pid))
+            simulator = max([simulator, *(peak_mb(child) for child in children(process.pid))])
+            try:
                 process.wait(0.02)
+            except subprocess.TimeoutExpired:
+                continue
     total = driver + simulator
     print("peak memory of one reach (armsyn reach --target 0.35 -0.1 -0.15)")
     print(f"driver {driver:.0f} MB + simulator {simulator:.0f} MB = {total:.0f} MB")
