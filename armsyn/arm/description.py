@@ -6,112 +6,31 @@ import math
 import tomllib
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal, cast
+from typing import Literal
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm.calibration import Calibration
-from armsyn.arm.link import InertiaDescription, LinkDescription, Positive, Triple, check_inertia
+from armsyn.arm.joints import JointDescription, TipDescription
+from armsyn.arm.link import InertiaDescription, Triple, check_inertia
 from armsyn.arm.search import find_file
+from armsyn.arm.servos import (
+    GripperDescription,
+    ServoDescription,
+    calibration_of,
+    check_servos,
+)
 from armsyn.errors import DescriptionError, InputError
 from armsyn.kinematics import Joint, SerialChain
 
 FloatArray = NDArray[np.float64]
-NotNegative = Annotated[float, msgspec.Meta(ge=0)]
-Tick = Annotated[int, msgspec.Meta(ge=-(2**31), lt=2**31)]
 
 MAXIMUM_BYTES = 1_000_000
 TIP = "tip"
 STANDARD_GRAVITY = 9.80665
 """m/s2."""
-
-
-class JointDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A ``[[joint]]`` table.
-
-    Attributes
-    ----------
-    name, kind, xyz, rpy, axis, lower, upper
-        As in :class:`armsyn.kinematics.Joint`; m and rad.
-    rest : float
-        Where the joint stands at rest, rad or m.
-    max_velocity : float
-        Greatest planned speed, rad/s or m/s: 80 % of the servo's no-load speed.
-    max_acceleration : float
-        Greatest planned acceleration, rad/s2 or m/s2.
-    link : LinkDescription or None
-        What the joint moves, as a body: only a simulation of the whole arm needs it.
-    """
-
-    name: str
-    axis: Triple
-    lower: float
-    upper: float
-    rest: float
-    max_velocity: Positive
-    max_acceleration: Positive
-    kind: Literal["revolute", "prismatic"] = "revolute"
-    xyz: Triple = (0.0, 0.0, 0.0)
-    rpy: Triple = (0.0, 0.0, 0.0)
-    link: LinkDescription | None = None
-
-
-class TipDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The ``[tip]`` table: the hand in the last joint's frame, m and rad.
-
-    Attributes
-    ----------
-    xyz, rpy : 3-tuple of float
-    mass : float
-        Of what sits at the tip, a tool or a payload, taken as a point, kg.
-    """
-
-    xyz: Triple
-    rpy: Triple = (0.0, 0.0, 0.0)
-    mass: NotNegative = 0.0
-
-
-class ServoDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A ``[[servo]]`` table: one servo, the joint it moves and how it is set up.
-
-    Attributes
-    ----------
-    joint : str
-    id : int
-        On the bus, 0-252.
-    model : str
-        The maker's name in lower case, such as ``xm430-w350``. Whether it is known is found out
-        where it matters, as a port is opened or a simulator started.
-    direction : {1, -1}
-        Sign between ticks and the joint's angle.
-    zero_tick : int
-        Position register at the joint's zero.
-    rest_tick : int
-        Position register at the joint's rest value: where a simulated servo lies.
-    supply_voltage : float
-        V.
-    baud : int
-        Bits a second.
-    return_delay_us : int
-        Return delay time, us, even.
-    drive_mode : int
-        Drive mode register. The driver refuses a servo whose bit 0 (reverse) differs, or whose
-        bits 1 (dual-joint slave) or 3 (torque on by a goal) are set; bit 2 (time-based profile)
-        may differ, as no profile is used. A simulated servo takes all of it.
-    """
-
-    joint: str
-    id: Annotated[int, msgspec.Meta(ge=0, le=252)]
-    model: str
-    zero_tick: Tick
-    rest_tick: Tick
-    supply_voltage: Positive
-    direction: Literal[1, -1] = 1
-    baud: Annotated[int, msgspec.Meta(gt=0)] = 1_000_000
-    return_delay_us: Annotated[int, msgspec.Meta(ge=0, le=508, multiple_of=2)] = 0
-    drive_mode: Annotated[int, msgspec.Meta(ge=0, le=255)] = 0
 
 
 class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, dict=True):
@@ -130,7 +49,9 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         Landmark (shoulder, elbow, wrist, hand) to the joint at whose frame it lies, or ``tip``;
         the hand last.
     servo : tuple of ServoDescription
-        One a joint, in the joints' order; empty for an arm that exists as a model only.
+        One a joint, in the joints' order, its shadows and the gripper's anywhere between; empty
+        for an arm that exists as a model only.
+    gripper : GripperDescription or None
     facing : float
         Direction the arm reaches in, as an angle from x about z, rad.
     gravity : 3-tuple of float
@@ -144,6 +65,7 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
     tip: TipDescription
     landmarks: dict[str, str]
     servo: tuple[ServoDescription, ...] = ()
+    gripper: GripperDescription | None = None
     facing: float = 0.0
     gravity: Triple = (0.0, 0.0, -STANDARD_GRAVITY)
 
@@ -156,12 +78,28 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         return SerialChain(joints, self.tip.xyz, self.tip.rpy)
 
     @cached_property
+    def leaders(self) -> tuple[ServoDescription, ...]:
+        """The servo that each joint is commanded and read by, base to tip."""
+        gripper = self.gripper.name if self.gripper is not None else None
+        return tuple(s for s in self.servo if s.shadow_of is None and s.joint != gripper)
+
+    @cached_property
+    def shadows(self) -> tuple[ServoDescription, ...]:
+        """Servos that follow another one's goals."""
+        return tuple(servo for servo in self.servo if servo.shadow_of is not None)
+
+    @property
+    def gripper_servo(self) -> ServoDescription | None:
+        """The gripper's servo."""
+        if self.gripper is None or not self.servo:
+            return None
+        name = self.gripper.name
+        return next(s for s in self.servo if s.joint == name and s.shadow_of is None)
+
+    @cached_property
     def calibration(self) -> Calibration:
-        """Ticks and radians of the servos."""
-        return Calibration(
-            zero_tick=np.array([servo.zero_tick for servo in self.servo], dtype=np.int64),
-            direction=np.array([servo.direction for servo in self.servo], dtype=np.int64),
-        )
+        """Ticks and radians of the joints' servos."""
+        return calibration_of(self.leaders)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -298,7 +236,7 @@ def _check(arm: ArmDescription) -> None:
     if not arm.landmarks or list(arm.landmarks.values())[-1] != TIP:
         raise InputError(f"landmarks: the last one is the hand and must be {TIP!r}")
     if arm.servo:
-        _check_servos(arm)
+        check_servos(arm)
 
 
 def _check_link(joint: str, inertia: InertiaDescription) -> None:
@@ -318,29 +256,10 @@ def _check_finite(arm: ArmDescription) -> None:
         if joint.link is not None and joint.link.inertia is not None:
             tables.append((f"joint {joint.name}: link: inertia: ", joint.link.inertia))
     tables += [(f"servo {servo.id}: ", servo) for servo in arm.servo]
+    if arm.gripper is not None:
+        tables.append(("gripper: ", arm.gripper))
     for where, table in tables:
         for field, value in msgspec.structs.asdict(table).items():
             numbers = value if isinstance(value, tuple) else (value,)
             if any(isinstance(x, float) and not math.isfinite(x) for x in numbers):
                 raise InputError(f"{where}{field} must be finite, got {value}")
-
-
-def _check_servos(arm: ArmDescription) -> None:
-    ids = [servo.id for servo in arm.servo]
-    twice = sorted({i for i in ids if ids.count(i) > 1})
-    if twice:
-        raise InputError(f"servo ID {twice[0]} is given twice; every servo needs its own")
-    joints = tuple(servo.joint for servo in arm.servo)
-    if joints != arm.joint_names:
-        raise InputError(f"servos move {joints}, the joints are {arm.joint_names}: one each")
-    if len({servo.baud for servo in arm.servo}) > 1:
-        raise InputError("servos of one bus must share one baud rate")
-    for joint in arm.joint:
-        if joint.kind != "revolute":
-            raise InputError(f"joint {joint.name}: only revolute joints can have a servo")
-    rest_ticks = arm.calibration.to_ticks(arm.rest)
-    for servo, tick in zip(arm.servo, cast("list[int]", rest_ticks.tolist()), strict=True):
-        if abs(servo.rest_tick - tick) > 1:
-            raise InputError(
-                f"servo {servo.id}: rest_tick {servo.rest_tick} is not the joint's rest ({tick})"
-            )

@@ -12,7 +12,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.arm.description import ArmDescription, JointDescription, TipDescription
+from armsyn.arm.description import ArmDescription
+from armsyn.arm.joints import JointDescription, TipDescription
 from armsyn.arm.link import LinkDescription, stand_in_inertia
 from armsyn.errors import InputError
 

@@ -15,8 +15,9 @@ import json
 
 import msgspec
 
-from armsyn.arm.description import ArmDescription, ServoDescription
+from armsyn.arm.description import ArmDescription
 from armsyn.arm.mjcf import build_mjcf
+from armsyn.arm.servos import ServoDescription
 from armsyn.errors import InputError
 
 SUPPLY_RESISTANCE = 0.03
@@ -59,6 +60,10 @@ def _servo_table(servo: ServoDescription) -> str:
         raise InputError(f"servo {servo.id}: model {servo.model!r}: this name cannot be written")
     fields = msgspec.structs.asdict(servo)
     fields["start_tick"] = fields.pop("rest_tick")
-    # JSON's strings and numbers are TOML's too
-    lines = (f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in fields.items())
+    # JSON's strings and numbers are TOML's too; None is left unsaid
+    lines = (
+        f"{name} = {json.dumps(value, ensure_ascii=False)}"
+        for name, value in fields.items()
+        if value is not None
+    )
     return "[[servo]]\n" + "\n".join(lines) + "\n"
