@@ -19,9 +19,11 @@
     |   +-- HardwareFaultError          alert, shutdown, torque lost, watchdog expired
     |   +-- FollowingError              the arm does not follow its goals
     |   +-- CommandFaultError           a goal that must not be sent, in mid-motion
+    |   +-- ServoLoadError              a servo too hot, overloaded or at a wrong voltage
     +-- RefusedMotionError              exit 4: a motion that must not start
     |   +-- UnreachableError            no posture within tolerance of the target
-    |   +-- LimitError                  a joint's range, speed or acceleration
+    |   +-- LimitError                  a joint's range, speed, acceleration or jerk
+    |   +-- CollisionError              links that would touch each other, a plane or a box
     +-- StopRequestedError              exit 130: asked to stop before anything moved
 
 Messages are one line: what, where, what to do. The evidence stands in fields beside it.
@@ -207,6 +209,26 @@ class CommandFaultError(ArmFaultError):
         self.limit = limit
 
 
+class ServoLoadError(ArmFaultError):
+    """A servo is hotter, takes more current or has another voltage than it may.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    joint : str
+        Which joint.
+    value, limit : float
+        What was measured and what is allowed, in degrees Celsius, A or V.
+    """
+
+    def __init__(self, message: str, joint: str, value: float, limit: float) -> None:
+        super().__init__(message)
+        self.joint = joint
+        self.value = value
+        self.limit = limit
+
+
 class RefusedMotionError(ArmsynError):
     """A motion that is refused before anything moves."""
 
@@ -230,7 +252,7 @@ class UnreachableError(RefusedMotionError):
 
 
 class LimitError(RefusedMotionError):
-    """A joint would leave its range, speed or acceleration.
+    """A joint would leave its range, or exceed its speed, acceleration or jerk.
 
     Parameters
     ----------
@@ -247,6 +269,29 @@ class LimitError(RefusedMotionError):
         self.joint = joint
         self.value = value
         self.limit = limit
+
+
+class CollisionError(RefusedMotionError):
+    """Two parts of the arm, or a part and something around it, would touch.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    first, second : str
+        Who: a link by its joint's name, ``base``, or a plane's or box's name.
+    frame : int
+        Row of the path at or before which they first do.
+    depth : float
+        How deep into each other they would get, m; negative where they only come too near.
+    """
+
+    def __init__(self, message: str, first: str, second: str, frame: int, depth: float) -> None:
+        super().__init__(message)
+        self.first = first
+        self.second = second
+        self.frame = frame
+        self.depth = depth
 
 
 class StopRequestedError(ArmsynError):
