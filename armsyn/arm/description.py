@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm.calibration import Calibration
+from armsyn.arm.gravity import Bodies, bodies_of
 from armsyn.arm.joints import JointDescription, TipDescription
 from armsyn.arm.link import InertiaDescription, Triple, check_inertia
 from armsyn.arm.search import find_file
@@ -76,6 +77,11 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
             Joint(j.name, j.kind, j.xyz, j.rpy, j.axis, j.lower, j.upper) for j in self.joint
         )
         return SerialChain(joints, self.tip.xyz, self.tip.rpy)
+
+    @cached_property
+    def bodies(self) -> Bodies:
+        """Masses, as `armsyn.arm.gravity` needs them; InputError for a joint that has none."""
+        return bodies_of(self)
 
     @cached_property
     def leaders(self) -> tuple[ServoDescription, ...]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm.description import ArmDescription
+from armsyn.arm.gravity import links_of
 from armsyn.arm.joints import JointDescription, TipDescription
 from armsyn.arm.link import LinkDescription, stand_in_inertia
 from armsyn.errors import InputError
@@ -60,17 +61,10 @@ def build_mjcf(arm: ArmDescription) -> str:
 
 
 def _links(arm: ArmDescription) -> list[LinkDescription]:
-    found = []
     for joint in arm.joint:
         if not joint.name.isprintable():
             raise InputError(f"{arm.name}: joint {joint.name!r}: this name cannot be written")
-        if joint.link is None:
-            raise InputError(
-                f"{arm.name}: joint {joint.name} has no mass: give it a [joint.link] table with"
-                " mass and centre_of_mass"
-            )
-        found.append(joint.link)
-    return found
+    return links_of(arm)
 
 
 def _body(parent: ET.Element, joint: JointDescription) -> ET.Element:
