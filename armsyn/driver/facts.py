@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from armsyn.arm import ArmDescription
 from armsyn.driver import registers as reg
+from armsyn.driver.models import model_name, servo_model
 from armsyn.driver.transactions import Bus
 from armsyn.errors import (
     BusTimeoutError,
@@ -89,17 +90,17 @@ def check_models(bus: Bus, arm: ArmDescription) -> None:
             tuple(servo.id for servo in missing),
         )
     for servo in arm.servo:
-        if numbers[servo.id] != reg.servo_model(servo.model).number:
+        if numbers[servo.id] != servo_model(servo.model, servo.protocol).number:
             raise ServoMismatchError(
                 f"servo {servo.id} ({servo.joint}) on {bus.port_name} is a"
-                f" {reg.model_name(numbers[servo.id])}, {arm.name} has a {servo.model} there:"
+                f" {model_name(numbers[servo.id])}, {arm.name} has a {servo.model} there:"
                 " check the ID or the description"
             )
 
 
 def _answering(bus: Bus) -> str:
     found = bus.broadcast_ping()
-    return ", ".join(f"{i} ({reg.model_name(number)})" for i, number in found.items()) or "none"
+    return ", ".join(f"{i} ({model_name(number)})" for i, number in found.items()) or "none"
 
 
 def read_facts(bus: Bus, arm: ArmDescription) -> tuple[ServoFacts, ...]:

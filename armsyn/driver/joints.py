@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription
 from armsyn.driver import protocol
 from armsyn.driver import registers as reg
+from armsyn.driver.models import VELOCITY_UNIT, servo_model
 from armsyn.driver.transactions import Bus
 
 FloatArray = NDArray[np.float64]
@@ -72,14 +73,14 @@ class JointGroup:
     def __init__(self, bus: Bus, arm: ArmDescription, margin: float) -> None:
         self.bus = bus
         self.calibration = arm.calibration
-        self.ids = tuple(servo.id for servo in arm.servo)
+        self.ids = tuple(servo.id for servo in arm.leaders)
         self.names = arm.joint_names
         self.margin = margin
         n = len(self.ids)
         self._goal_format = struct.Struct(f"<{n}i")
         direction = self.calibration.direction.astype(np.float64)
-        self._velocity_unit = direction * reg.VELOCITY_UNIT
-        units = [reg.servo_model(servo.model).current_unit for servo in arm.servo]
+        self._velocity_unit = direction * VELOCITY_UNIT
+        units = [servo_model(servo.model, servo.protocol).current_unit for servo in arm.leaders]
         self._current_unit = direction * np.array([np.nan if u is None else u for u in units])
         self._raw = np.zeros((n, 3), dtype=np.int64)
         self._state = JointState(

@@ -1,19 +1,22 @@
-"""Registers and models of the DYNAMIXEL X series that the driver uses.
+"""Registers of DYNAMIXEL servos that the driver uses: one layout a family, one row a register.
 
-One register is one row. Addresses, sizes and units: ROBOTIS e-Manual, "Control Table" of the
-XM430-W350, XM540-W270, XL430-W250 and XL330-M288 (they agree on every row below). The
-simulator has tables of its own; ``tests/contract`` compares both with a third source.
+Names are those of the X series' manual pages, also where an older page has another one (CW Angle
+Limit is Min Position Limit, Present Speed is Present Velocity, Present Voltage is Present Input
+Voltage), so that what is asked of servos reads the same for all. Addresses and sizes: ROBOTIS
+e-Manual, "Control Table" of the XM430-W350, XM540-W270, XL430-W250 and XL330-M288 (they agree on
+every row below), of the XL-320, of the MX-28, MX-64 and MX-106 (Protocol 1.0), and of the AX-12A.
+The simulator has tables of its own; ``tests/contract`` compares both with a third source.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
 
-from armsyn.errors import DescriptionError
-
-VELOCITY_UNIT = 0.229 * 2.0 * math.pi / 60.0
-"""rad/s of one unit of the velocity registers (0.229 rev/min)."""
+Coding = Literal["unsigned", "signed", "direction"]
+"""How a number is written: as it is, as two's complement, or with its sign in bit 10."""
 
 RETURN_DELAY_UNIT = 2e-6
 """Seconds of one unit of Return Delay Time."""
@@ -24,8 +27,13 @@ WATCHDOG_UNIT = 0.020
 WATCHDOG_EXPIRED = -1
 """What Bus Watchdog reads once it has stopped the servo; writing 0 clears it."""
 
+VOLTAGE_UNIT = 0.1
+"""V of one unit of the voltage registers."""
+
+CURRENT_MODE = 0
 POSITION_MODE = 3
 EXTENDED_POSITION_MODE = 4
+CURRENT_POSITION_MODE = 5
 
 DRIVE_MODE_REVERSE = 0b0001
 """Drive Mode bit 0: positions count the other way round."""
@@ -33,8 +41,14 @@ DRIVE_MODE_REVERSE = 0b0001
 DRIVE_MODE_SLAVE = 0b0010
 """Drive Mode bit 1: the servo follows another one through a dual-joint cable, not its goals."""
 
+DRIVE_MODE_TIME_PROFILE = 0b0100
+"""Drive Mode bit 2: profile registers hold milliseconds."""
+
 DRIVE_MODE_TORQUE_BY_GOAL = 0b1000
 """Drive Mode bit 3: a goal that is written switches the torque on."""
+
+NO_SECONDARY_ID = 253
+"""Secondary ID from which on a servo follows nobody."""
 
 HARDWARE_ERRORS = {
     0x01: "input voltage",
@@ -45,10 +59,12 @@ HARDWARE_ERRORS = {
 }
 """Bits of Hardware Error Status (70)."""
 
+_DIRECTION_BIT = 1 << 10
+
 
 @dataclass(frozen=True)
 class Register:
-    """One row of the control table.
+    """One row of a control table.
 
     Parameters
     ----------
@@ -56,42 +72,212 @@ class Register:
         The e-Manual's name.
     address, size : int
         Where it lies, and its bytes.
-    signed : bool
-        Two's complement.
+    coding : Coding
+        How its number is written.
     """
 
     name: str
     address: int
     size: int
-    signed: bool = False
+    coding: Coding = "unsigned"
 
     def decode(self, data: bytes) -> int:
         """Value of `size` bytes, in the register's own unit."""
-        return int.from_bytes(data[: self.size], "little", signed=self.signed)
+        raw = int.from_bytes(data[: self.size], "little", signed=self.coding == "signed")
+        if self.coding == "direction":
+            # set: clockwise, which is where positions fall
+            size = raw & (_DIRECTION_BIT - 1)
+            return -size if raw & _DIRECTION_BIT else size
+        return raw
 
     def encode(self, value: int) -> bytes:
         """Bytes of a value; OverflowError when it does not fit."""
-        return value.to_bytes(self.size, "little", signed=self.signed)
+        if self.coding == "direction":
+            if abs(value) >= _DIRECTION_BIT:
+                raise OverflowError(f"{value} does not fit into {self.name}")
+            value = abs(value) | (_DIRECTION_BIT if value < 0 else 0)
+        return value.to_bytes(self.size, "little", signed=self.coding == "signed")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Control table of a family of servos.
+
+    Parameters
+    ----------
+    name : str
+        Of the family.
+    rows : mapping of str to Register
+        By the registers' names.
+    """
+
+    name: str
+    rows: Mapping[str, Register]
+
+    def __contains__(self, name: str) -> bool:
+        """Whether the family has a register."""
+        return name in self.rows
+
+    def __getitem__(self, name: str) -> Register:
+        """Return a register by its name; KeyError where the family has none."""
+        return self.rows[name]
+
+    def __hash__(self) -> int:
+        """Families differ by their names."""
+        return hash(self.name)
+
+
+def _layout(name: str, *rows: Register) -> Layout:
+    return Layout(name, MappingProxyType({row.name: row for row in rows}))
 
 
 RETURN_DELAY_TIME = Register("Return Delay Time", 9, 1)
 DRIVE_MODE = Register("Drive Mode", 10, 1)
 OPERATING_MODE = Register("Operating Mode", 11, 1)
-HOMING_OFFSET = Register("Homing Offset", 20, 4, signed=True)
+HOMING_OFFSET = Register("Homing Offset", 20, 4, "signed")
 MAX_POSITION_LIMIT = Register("Max Position Limit", 48, 4)
 MIN_POSITION_LIMIT = Register("Min Position Limit", 52, 4)
 TORQUE_ENABLE = Register("Torque Enable", 64, 1)
 HARDWARE_ERROR_STATUS = Register("Hardware Error Status", 70, 1)
-BUS_WATCHDOG = Register("Bus Watchdog", 98, 1, signed=True)
+BUS_WATCHDOG = Register("Bus Watchdog", 98, 1, "signed")
 PROFILE_ACCELERATION = Register("Profile Acceleration", 108, 4)
 PROFILE_VELOCITY = Register("Profile Velocity", 112, 4)
-GOAL_POSITION = Register("Goal Position", 116, 4, signed=True)
-PRESENT_CURRENT = Register("Present Current", 126, 2, signed=True)
-PRESENT_VELOCITY = Register("Present Velocity", 128, 4, signed=True)
-PRESENT_POSITION = Register("Present Position", 132, 4, signed=True)
+GOAL_POSITION = Register("Goal Position", 116, 4, "signed")
+PRESENT_CURRENT = Register("Present Current", 126, 2, "signed")
+PRESENT_VELOCITY = Register("Present Velocity", 128, 4, "signed")
+PRESENT_POSITION = Register("Present Position", 132, 4, "signed")
 
-REGISTERS = tuple(row for row in globals().values() if isinstance(row, Register))
-"""All rows above."""
+X = _layout(
+    "X",
+    Register("Model Number", 0, 2),
+    Register("Firmware Version", 6, 1),
+    Register("ID", 7, 1),
+    Register("Baud Rate", 8, 1),
+    RETURN_DELAY_TIME,
+    DRIVE_MODE,
+    OPERATING_MODE,
+    Register("Secondary ID", 12, 1),
+    Register("Protocol Type", 13, 1),
+    HOMING_OFFSET,
+    Register("Temperature Limit", 31, 1),
+    Register("Max Voltage Limit", 32, 2),
+    Register("Min Voltage Limit", 34, 2),
+    Register("PWM Limit", 36, 2),
+    Register("Current Limit", 38, 2),
+    Register("Velocity Limit", 44, 4),
+    MAX_POSITION_LIMIT,
+    MIN_POSITION_LIMIT,
+    Register("Shutdown", 63, 1),
+    TORQUE_ENABLE,
+    Register("LED", 65, 1),
+    Register("Status Return Level", 68, 1),
+    HARDWARE_ERROR_STATUS,
+    Register("Position D Gain", 80, 2),
+    Register("Position I Gain", 82, 2),
+    Register("Position P Gain", 84, 2),
+    BUS_WATCHDOG,
+    Register("Goal PWM", 100, 2, "signed"),
+    Register("Goal Current", 102, 2, "signed"),
+    Register("Goal Velocity", 104, 4, "signed"),
+    PROFILE_ACCELERATION,
+    PROFILE_VELOCITY,
+    GOAL_POSITION,
+    Register("Realtime Tick", 120, 2),
+    Register("Moving", 122, 1),
+    Register("Moving Status", 123, 1),
+    Register("Present PWM", 124, 2, "signed"),
+    PRESENT_CURRENT,
+    PRESENT_VELOCITY,
+    PRESENT_POSITION,
+    Register("Present Input Voltage", 144, 2),
+    Register("Present Temperature", 146, 1),
+)
+"""X series, and MX with Protocol 2.0. The XL430 and other models without a current sensor have
+Present Load at 126, and no current registers: `armsyn.driver.models` says which."""
+
+_CLASSIC_BEGIN = (
+    Register("Model Number", 0, 2),
+    Register("Firmware Version", 2, 1),
+    Register("ID", 3, 1),
+    Register("Baud Rate", 4, 1),
+    Register("Return Delay Time", 5, 1),
+)
+
+XL320 = _layout(
+    "XL-320",
+    *_CLASSIC_BEGIN,
+    Register("Min Position Limit", 6, 2),
+    Register("Max Position Limit", 8, 2),
+    Register("Operating Mode", 11, 1),
+    Register("Temperature Limit", 12, 1),
+    Register("Min Voltage Limit", 13, 1),
+    Register("Max Voltage Limit", 14, 1),
+    Register("Max Torque", 15, 2),
+    Register("Status Return Level", 17, 1),
+    Register("Shutdown", 18, 1),
+    Register("Torque Enable", 24, 1),
+    Register("LED", 25, 1),
+    Register("Position D Gain", 27, 1),
+    Register("Position I Gain", 28, 1),
+    Register("Position P Gain", 29, 1),
+    Register("Goal Position", 30, 2),
+    Register("Moving Speed", 32, 2),
+    Register("Torque Limit", 35, 2),
+    Register("Present Position", 37, 2),
+    Register("Present Velocity", 39, 2, "direction"),
+    Register("Present Load", 41, 2, "direction"),
+    Register("Present Input Voltage", 45, 1),
+    Register("Present Temperature", 46, 1),
+    Register("Moving", 49, 1),
+    Register("Hardware Error Status", 50, 1),
+)
+"""XL-320: Protocol 2.0 with a table of its own. Its Operating Mode (Control Mode) is 2 for
+positions, and its hardware errors are numbered otherwise."""
+
+_PROTOCOL_1 = (
+    *_CLASSIC_BEGIN,
+    Register("Min Position Limit", 6, 2),
+    Register("Max Position Limit", 8, 2),
+    Register("Temperature Limit", 11, 1),
+    Register("Min Voltage Limit", 12, 1),
+    Register("Max Voltage Limit", 13, 1),
+    Register("Max Torque", 14, 2),
+    Register("Status Return Level", 16, 1),
+    Register("Shutdown", 18, 1),
+    Register("Torque Enable", 24, 1),
+    Register("LED", 25, 1),
+    Register("Moving Speed", 32, 2),
+    Register("Torque Limit", 34, 2),
+    Register("Present Velocity", 38, 2, "direction"),
+    Register("Present Load", 40, 2, "direction"),
+    Register("Present Input Voltage", 42, 1),
+    Register("Present Temperature", 43, 1),
+    Register("Moving", 46, 1),
+    Register("Lock", 47, 1),
+)
+
+AX = _layout(
+    "AX",
+    *_PROTOCOL_1,
+    Register("Goal Position", 30, 2),
+    Register("Present Position", 36, 2),
+)
+"""AX series."""
+
+MX1 = _layout(
+    "MX, Protocol 1.0",
+    *_PROTOCOL_1,
+    Register("Position D Gain", 26, 1),
+    Register("Position I Gain", 27, 1),
+    Register("Position P Gain", 28, 1),
+    Register("Goal Position", 30, 2, "signed"),
+    Register("Present Position", 36, 2, "signed"),
+    Register("Goal Acceleration", 73, 1),
+)
+"""MX series with Protocol 1.0."""
+
+LAYOUTS = (X, XL320, AX, MX1)
+"""All families."""
 
 STATE_ADDRESS = PRESENT_CURRENT.address
 STATE_SIZE = PRESENT_POSITION.address + PRESENT_POSITION.size - STATE_ADDRESS
@@ -100,79 +286,6 @@ STATE_SIZE = PRESENT_POSITION.address + PRESENT_POSITION.size - STATE_ADDRESS
 HEALTH_ADDRESS = TORQUE_ENABLE.address
 HEALTH_SIZE = HARDWARE_ERROR_STATUS.address + HARDWARE_ERROR_STATUS.size - HEALTH_ADDRESS
 """From torque enable to hardware error status: one read of 7 bytes."""
-
-
-@dataclass(frozen=True)
-class ServoModel:
-    """What the driver must know of a model.
-
-    Parameters
-    ----------
-    name : str
-        The maker's name in lower case.
-    number : int
-        What Model Number reads.
-    current_unit : float or None
-        Amperes of one unit of Present Current; None where the servo reports load instead.
-    """
-
-    name: str
-    number: int
-    current_unit: float | None
-
-
-MODELS = {
-    model.name: model
-    for model in (
-        ServoModel("xm430-w350", 1020, 2.69e-3),
-        ServoModel("xm430-w210", 1030, 2.69e-3),
-        ServoModel("xl430-w250", 1060, None),
-        ServoModel("xc430-w150", 1070, None),
-        ServoModel("xc430-w240", 1080, None),
-        ServoModel("2xl430-w250", 1090, None),
-        ServoModel("xm540-w270", 1120, 2.69e-3),
-        ServoModel("xm540-w150", 1130, 2.69e-3),
-        ServoModel("xl330-m077", 1190, 1e-3),
-        ServoModel("xl330-m288", 1200, 1e-3),
-        ServoModel("xc330-t288", 1220, 1e-3),
-        ServoModel("xc330-m288", 1240, 1e-3),
-    )
-}
-"""Models by name (numbers: e-Manual, Model Number; units: e-Manual, Present Current)."""
-
-
-def servo_model(name: str) -> ServoModel:
-    """Facts of a model.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``xm430-w350``.
-
-    Returns
-    -------
-    ServoModel
-
-    Raises
-    ------
-    DescriptionError
-        A model this driver does not know.
-    """
-    try:
-        return MODELS[name]
-    except KeyError:
-        known = ", ".join(MODELS)
-        raise DescriptionError(
-            f"servo model {name!r} is not one the driver knows: {known}"
-        ) from None
-
-
-def model_name(number: int) -> str:
-    """Name of a model number, for messages: ``model number 17`` when unknown."""
-    for model in MODELS.values():
-        if model.number == number:
-            return model.name
-    return f"model number {number}"
 
 
 def hardware_error_names(status: int) -> str:

@@ -36,8 +36,8 @@ from armsyn.driver.clock import Clock, MonotonicClock
 from armsyn.driver.collector import collector_frozen
 from armsyn.driver.facts import check_facts, check_models, read_facts
 from armsyn.driver.joints import JointGroup
+from armsyn.driver.models import servo_model
 from armsyn.driver.recording import Recording
-from armsyn.driver.registers import servo_model
 from armsyn.driver.run import ArmRun
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import OnTick, Streamer
@@ -262,7 +262,7 @@ def _check_description(arm: ArmDescription) -> None:
     if not arm.servo:
         raise DescriptionError(f"{arm.name} has no servos: it is a model only")
     for servo in arm.servo:
-        servo_model(servo.model)
+        servo_model(servo.model, servo.protocol)
 
 
 def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:

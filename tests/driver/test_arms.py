@@ -5,7 +5,7 @@ import pytest
 
 from armsyn.arm import arm_names, load_arm
 from armsyn.driver import Ending
-from armsyn.driver.registers import servo_model
+from armsyn.driver.models import servo_model
 from tests.driver.stepped import SteppedArm
 
 DRIVEN = [name for name in arm_names() if load_arm(name).servo]
@@ -27,7 +27,9 @@ def test_it_goes_where_it_is_sent(name: str) -> None:
     assert way.angles is not None
     assert np.abs(stepped.positions() - way.angles[-1]).max() < 0.01
     # current where the servo measures it, and never a made-up value
-    measures = [servo_model(servo.model).current_unit is not None for servo in arm.servo]
+    measures = [
+        servo_model(servo.model, servo.protocol).current_unit is not None for servo in arm.servo
+    ]
     assert np.isfinite(recording.current_a).all(axis=0).tolist() == measures
 
 

@@ -155,9 +155,9 @@ def test_an_arm_without_servos(human7: ArmDescription) -> None:
 
 def test_an_unknown_model(human7: ArmDescription) -> None:
     servo = tuple(replace(s, model="ax-12a") for s in human7.servo)
-    with pytest.raises(DescriptionError, match="'ax-12a' is not one the driver knows"):
+    with pytest.raises(DescriptionError, match="'ax-12a' does not speak protocol 2"):
         ArmSession.open("/nowhere", replace(human7, servo=servo), 200.0)
-    with pytest.raises(DescriptionError, match="'ax-12a' is not one the driver knows"):
+    with pytest.raises(DescriptionError, match="'ax-12a' does not speak protocol 2"):
         clear_watchdogs("/nowhere", replace(human7, servo=servo))
 
 
