@@ -11,10 +11,24 @@ import armsyn
 from armsyn.errors import ArmsynError
 
 COMMANDS = {
-    "arms": "List the arms that are described, or write what other programs need of one.",
+    "arms": "List the arms that are described, show one, or write what other programs need of it.",
+    "calibrate": "Find zero, direction and range of an arm's joints by moving it by hand.",
+    "clear": "Clear what a fault left on an arm, so that it may move again.",
+    "find-port": "Find the serial port that an arm is plugged into.",
+    "grip": "Open or close an arm's gripper, or grip to a current.",
+    "jog": "Move one joint of an arm by a little.",
     "learn": "Learn an arm's synergies from captured reaches.",
+    "park": "Put an arm to its rest posture and switch its torque off.",
     "reach": "Reach a target as a person would, on a real or simulated arm.",
+    "reboot": "Restart servos of an arm that a hardware error has stopped.",
+    "record": "Record an arm without moving it.",
+    "release": "Switch an arm's torque off.",
+    "restore": "Write a backup of servos' EEPROM back.",
+    "scan": "Look for servos at all baud rates, in both protocols.",
     "score": "Score motion B against the captured (or reference) motion A.",
+    "setup": "Give servos their IDs, baud rate and settings, one at a time.",
+    "status": "Show an arm's voltages, temperatures, errors and settings.",
+    "stream": "Stream a trajectory or a recording to an arm.",
 }
 """Each command with the first line of its help: `armsyn --help` imports none of them."""
 
@@ -34,8 +48,9 @@ class LazyGroup(click.Group):
         del ctx
         if cmd_name not in COMMANDS:
             return None
-        module = importlib.import_module(f"armsyn.cli.{cmd_name}")
-        command = getattr(module, cmd_name)
+        module_name = cmd_name.replace("-", "_")
+        module = importlib.import_module(f"armsyn.cli.{module_name}")
+        command = getattr(module, module_name)
         assert isinstance(command, click.Command)  # noqa: S101 - a slip of ours, not of a user
         return command
 
