@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm.calibration import Calibration
 from armsyn.arm.gravity import Bodies, bodies_of
-from armsyn.arm.joints import JointDescription, TipDescription
+from armsyn.arm.joints import ACCELERATION_TIME, JointDescription, TipDescription
 from armsyn.arm.link import InertiaDescription, Triple, check_inertia
 from armsyn.arm.search import find_file
 from armsyn.arm.servos import (
@@ -23,6 +23,8 @@ from armsyn.arm.servos import (
     calibration_of,
     check_servos,
 )
+from armsyn.arm.shapes import BoxDescription, CapsuleDescription, PlaneDescription, check_shapes
+from armsyn.arm.solids import Solids
 from armsyn.errors import DescriptionError, InputError
 from armsyn.kinematics import Joint, SerialChain
 
@@ -57,6 +59,9 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         Direction the arm reaches in, as an angle from x about z, rad.
     gravity : 3-tuple of float
         Acceleration of free fall in the base's frame, m/s2: says how the base is mounted.
+    base_shape, plane, box, collision_ignore
+        What the base fills, what stands around the arm, and which pairs of names are not judged:
+        see `armsyn.arm.shapes`.
     """
 
     schema: Literal["armsyn-arm-1"]
@@ -69,6 +74,10 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
     gripper: GripperDescription | None = None
     facing: float = 0.0
     gravity: Triple = (0.0, 0.0, -STANDARD_GRAVITY)
+    base_shape: tuple[CapsuleDescription, ...] = ()
+    plane: tuple[PlaneDescription, ...] = ()
+    box: tuple[BoxDescription, ...] = ()
+    collision_ignore: tuple[tuple[str, str], ...] = ()
 
     @cached_property
     def chain(self) -> SerialChain:
@@ -127,6 +136,23 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         """Greatest planned joint accelerations, shape (n,), rad/s2 or m/s2."""
         return np.array([joint.max_acceleration for joint in self.joint])
 
+    @property
+    def max_jerk(self) -> FloatArray:
+        """Greatest planned jerks, shape (n,), rad/s3 or m/s3."""
+        return np.array(
+            [
+                joint.max_acceleration / ACCELERATION_TIME
+                if joint.max_jerk is None
+                else joint.max_jerk
+                for joint in self.joint
+            ]
+        )
+
+    @cached_property
+    def solids(self) -> Solids:
+        """What the arm and its surroundings fill; InputError when they touch at rest."""
+        return Solids(self)
+
     @cached_property
     def landmark_frames(self) -> tuple[int, ...]:
         """For each landmark its row in ``chain.positions``: a joint's, or n for the tip."""
@@ -134,7 +160,8 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         return tuple(rows[frame] for frame in self.landmarks.values())
 
     def slowed(self, factor: float) -> ArmDescription:
-        """Return the same arm with speed limits divided by a factor, accelerations by its square.
+        """Return the same arm with speed limits divided by a factor (accelerations by its square,
+        jerks by its cube).
 
         Parameters
         ----------
@@ -157,8 +184,9 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
                 joint,
                 max_velocity=joint.max_velocity / factor,
                 max_acceleration=joint.max_acceleration / factor**2,
+                max_jerk=jerk / factor**3,
             )
-            for joint in self.joint
+            for joint, jerk in zip(self.joint, self.max_jerk.tolist(), strict=True)
         )
         return msgspec.structs.replace(self, joint=joints)
 
@@ -241,6 +269,7 @@ def _check(arm: ArmDescription) -> None:
             raise InputError(f"landmark {landmark}: {frame!r} is neither a joint nor {TIP!r}")
     if not arm.landmarks or list(arm.landmarks.values())[-1] != TIP:
         raise InputError(f"landmarks: the last one is the hand and must be {TIP!r}")
+    check_shapes(arm)
     if arm.servo:
         check_servos(arm)
 
@@ -255,8 +284,12 @@ def _check_link(joint: str, inertia: InertiaDescription) -> None:
 def _check_finite(arm: ArmDescription) -> None:
     """TOML knows nan and inf; no number of an arm may be one."""
     tables: list[tuple[str, msgspec.Struct]] = [("", arm), ("tip: ", arm.tip)]
+    tables += [("base_shape: ", shape) for shape in arm.base_shape]
+    tables += [(f"plane {plane.name}: ", plane) for plane in arm.plane]
+    tables += [(f"box {box.name}: ", box) for box in arm.box]
     for joint in arm.joint:
         tables.append((f"joint {joint.name}: ", joint))
+        tables += [(f"joint {joint.name}: shape: ", shape) for shape in joint.shape or ()]
         if joint.link is not None:
             tables.append((f"joint {joint.name}: link: ", joint.link))
         if joint.link is not None and joint.link.inertia is not None:

@@ -7,8 +7,13 @@ from typing import Annotated, Literal
 import msgspec
 
 from armsyn.arm.link import LinkDescription, Positive, Triple
+from armsyn.arm.shapes import CapsuleDescription
 
 NotNegative = Annotated[float, msgspec.Meta(ge=0)]
+
+ACCELERATION_TIME = 0.004
+"""Seconds in which a joint may come from no acceleration to its greatest, where no jerk is given:
+less than a tick of a 200 Hz stream, which sees steps of acceleration as large as the limit."""
 
 
 class JointDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -26,6 +31,10 @@ class JointDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Greatest planned acceleration, rad/s2 or m/s2.
     link : LinkDescription or None
         What the joint moves, as a body: only a simulation of the whole arm needs it.
+    shape : tuple of CapsuleDescription, or None
+        What the joint's link fills (`armsyn.arm.shapes`); None for a stand-in.
+    max_jerk : float or None
+        Greatest planned jerk, rad/s3 or m/s3; None for `ACCELERATION_TIME`.
     """
 
     name: str
@@ -39,6 +48,8 @@ class JointDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     xyz: Triple = (0.0, 0.0, 0.0)
     rpy: Triple = (0.0, 0.0, 0.0)
     link: LinkDescription | None = None
+    shape: tuple[CapsuleDescription, ...] | None = None
+    max_jerk: Positive | None = None
 
 
 class TipDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
