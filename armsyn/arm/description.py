@@ -160,8 +160,8 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         return tuple(rows[frame] for frame in self.landmarks.values())
 
     def slowed(self, factor: float) -> ArmDescription:
-        """Return the same arm with speed limits divided by a factor (accelerations by its square,
-        jerks by its cube).
+        """Return the same arm with speed limits divided by a factor, accelerations by its square,
+        jerks that are given by its cube.
 
         Parameters
         ----------
@@ -184,9 +184,9 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
                 joint,
                 max_velocity=joint.max_velocity / factor,
                 max_acceleration=joint.max_acceleration / factor**2,
-                max_jerk=jerk / factor**3,
+                max_jerk=None if joint.max_jerk is None else joint.max_jerk / factor**3,
             )
-            for joint, jerk in zip(self.joint, self.max_jerk.tolist(), strict=True)
+            for joint in self.joint
         )
         return msgspec.structs.replace(self, joint=joints)
 
