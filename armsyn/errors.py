@@ -12,6 +12,7 @@
     |   |   +-- PortLostError
     |   +-- BusError                    what a transaction can end in
     |   |   +-- BusTimeoutError (TimeoutError)
+    |   |   |   +-- BusBudgetError      too many answers had to be asked for again
     |   |   +-- ServoStatusError        a servo answered with an error number
     |   +-- BusRateError                a rate the wire cannot carry, or too slow a one
     |   +-- ServoMissingError           an expected ID does not answer
@@ -20,6 +21,8 @@
     |   +-- FollowingError              the arm does not follow its goals
     |   +-- CommandFaultError           a goal that must not be sent, in mid-motion
     |   +-- ServoLoadError              a servo too hot, overloaded or at a wrong voltage
+    |   +-- TorqueOnError               what only a limp servo takes, for one under torque
+    |   +-- NoWatchdogError             servos that a lost host would leave moving
     +-- RefusedMotionError              exit 4: a motion that must not start
     |   +-- UnreachableError            no posture within tolerance of the target
     |   +-- LimitError                  a joint's range, speed, acceleration or jerk
@@ -94,6 +97,10 @@ class BusTimeoutError(BusError, TimeoutError):
     def __init__(self, message: str, servo_ids: tuple[int, ...] = ()) -> None:
         super().__init__(message)
         self.servo_ids = servo_ids
+
+
+class BusBudgetError(BusTimeoutError):
+    """A servo did not answer, and the bus has lost too many answers to ask once more."""
 
 
 class ServoStatusError(BusError):
@@ -227,6 +234,38 @@ class ServoLoadError(ArmFaultError):
         self.joint = joint
         self.value = value
         self.limit = limit
+
+
+class TorqueOnError(ArmFaultError):
+    """Something that a servo only takes without torque, for one that is under torque.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    servo_id : int
+        Which servo.
+    """
+
+    def __init__(self, message: str, servo_id: int) -> None:
+        super().__init__(message)
+        self.servo_id = servo_id
+
+
+class NoWatchdogError(ArmFaultError):
+    """Servos that have no watchdog to stop them, and nobody has accepted that.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    servo_ids : tuple of int
+        Which.
+    """
+
+    def __init__(self, message: str, servo_ids: tuple[int, ...]) -> None:
+        super().__init__(message)
+        self.servo_ids = servo_ids
 
 
 class RefusedMotionError(ArmsynError):
