@@ -20,6 +20,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+ON_AXIS = 1e-9
+"""m from a joint's axis that are none."""
+
+
 class _Capsule(NamedTuple):
     """One capsule in the canonical frame of its link; `link` is -1 for the base."""
 
@@ -43,6 +47,8 @@ class Solids:
         The pairs that are judged: a link by its joint's name, ``base``, or a plane or box.
     reach : array, shape (k, n)
         How far each joint moves the two of a pair against each other at most, m/rad or m/m.
+    at_rest : array, shape (k,)
+        Clearances at the rest posture, not negative, m.
     unjudged : tuple of (str, str)
         Pairs of links that are not, as one has a stand-in for a shape and they touch at rest.
 
@@ -93,7 +99,10 @@ class Solids:
         return first, self._things[kind][other]
 
     def _pairs(self, arm: ArmDescription) -> IntArray:
-        """Pairs of capsules of links that are no neighbours, and all moving ones with all else."""
+        """Capsules of links that are no neighbours, and all links with planes and boxes.
+
+        Without those that no joint moves against each other.
+        """
         ignored = {frozenset(pair) for pair in arm.collision_ignore}
         rows = range(len(self._capsules))
         links = [capsule.link for capsule in self._capsules]
@@ -106,12 +115,16 @@ class Solids:
         for kind in (distance.PLANE, distance.BOX):
             count = len(self._things[kind])
             pairs += [(kind, row, k) for row in rows if links[row] >= 0 for k in range(count)]
-        kept = [pair for pair in pairs if frozenset(self._named(*pair)) not in ignored]
+        kept = [
+            pair
+            for pair in pairs
+            if frozenset(self._named(*pair)) not in ignored and self._reach_of(*pair).any()
+        ]
         return np.array(kept, dtype=np.int64).reshape(len(kept), 3)
 
     def _drop_touching(self, arm: ArmDescription) -> None:
         """Leave out stand-ins that touch at rest; refuse what was described and does."""
-        at_rest = self.clearances(np.ascontiguousarray(arm.rest[None]))[0]
+        at_rest = self.clearances(arm.rest[None])[0]
         coarse = []
         for row, (kind, one, other) in enumerate(self._shapes.pairs.tolist()):
             if at_rest[row] >= 0.0:
@@ -131,6 +144,7 @@ class Solids:
             kept = [row for row, pair in enumerate(self.names) if pair not in touching]
             pairs = np.ascontiguousarray(self._shapes.pairs[kept])
             self._take(pairs, self._shapes._replace(pairs=pairs))
+        self.at_rest = self.clearances(arm.rest[None])[0]
 
     def _reach_of(self, kind: int, one: int, other: int) -> FloatArray:
         """Bound of how far each joint moves the second against the first, shape (n,)."""
@@ -150,7 +164,8 @@ class Solids:
                 reach[joint] = 1.0
                 far += stroke
             elif joint == capsule.link:  # about its own z axis
-                reach[joint] = np.linalg.norm(ends[:, :2], axis=1).max()
+                off_axis = float(np.linalg.norm(ends[:, :2], axis=1).max())
+                reach[joint] = off_axis if off_axis > ON_AXIS else 0.0
             else:
                 reach[joint] = far
             far += float(np.linalg.norm(chain.translation[joint]))
