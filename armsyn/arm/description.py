@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm.calibration import Calibration
+from armsyn.arm.calibration_file import find_calibration, read_calibration, with_calibration
 from armsyn.arm.gravity import Bodies, bodies_of
 from armsyn.arm.joints import ACCELERATION_TIME, JointDescription, TipDescription
 from armsyn.arm.link import InertiaDescription, Triple, check_inertia
@@ -191,8 +192,14 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         return msgspec.structs.replace(self, joint=joints)
 
 
-def load_arm(name: str, directory: Path | None = None) -> ArmDescription:
-    """Load an arm's description by its name.
+def load_arm(
+    name: str,
+    directory: Path | None = None,
+    *,
+    unit: str | None = None,
+    calibrated: bool = True,
+) -> ArmDescription:
+    """Load an arm's description by its name, with its calibration laid over it.
 
     Parameters
     ----------
@@ -200,6 +207,11 @@ def load_arm(name: str, directory: Path | None = None) -> ArmDescription:
         Such as ``human7``.
     directory : Path, optional
         Search only here instead of on the usual path (`armsyn.arm.search`).
+    unit : str, optional
+        Which of several arms of that kind: its calibration must be there then.
+    calibrated : bool
+        Whether to lay ``<name>.calibration.json`` over it, where there is one. A simulated arm
+        has the description's zeros: False for that.
 
     Returns
     -------
@@ -209,12 +221,22 @@ def load_arm(name: str, directory: Path | None = None) -> ArmDescription:
     ------
     DescriptionError
         Unknown arm, unreadable file, or a field that is missing, unknown or out of range;
-        the message names file and field.
+        the message names file and field. A calibration that is another arm's.
     """
     path = find_file(name, ".toml", directory)
     description = parse_arm(_read(path), str(path))
     if description.name != path.stem:
         raise DescriptionError(f"{path}: name is {description.name!r}, the file says {path.stem!r}")
+    overlay = find_calibration(name, unit, directory) if calibrated else None
+    if overlay is None:
+        return description
+    try:
+        description = with_calibration(description, read_calibration(overlay))
+        _check(description)
+    except DescriptionError:
+        raise
+    except InputError as error:
+        raise DescriptionError(f"{overlay}: {error}") from error
     return description
 
 
