@@ -9,7 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from armsyn.driver.protocol import ALERT, HEADER, MAXIMUM_ID, STATUS, crc16, unstuff
+from armsyn.driver.crc import crc16
+from armsyn.driver.protocol import ALERT, HEADER, MAXIMUM_ID, STATUS, STATUS_ERRORS, unstuff
+from armsyn.driver.protocol1 import HARDWARE_ERRORS, flag_names
 
 _BEFORE_BODY = 7
 """Header, ID and length."""
@@ -25,24 +27,39 @@ class StatusPacket(NamedTuple):
     ----------
     servo_id : int
     error : int
-        The error byte as it came: bit 7 alert, bits 0-6 an error number.
+        The error byte as it came. Protocol 2.0: bit 7 alert, bits 0-6 an error number;
+        protocol 1.0: flags.
     parameters : bytes
         Unstuffed.
+    protocol : {1, 2}
     """
 
     servo_id: int
     error: int
     parameters: bytes
+    protocol: int = 2
 
     @property
     def alert(self) -> bool:
         """Whether the servo reports a hardware error."""
-        return bool(self.error & ALERT)
+        return bool(self.error & (ALERT if self.protocol == 2 else HARDWARE_ERRORS))
 
     @property
     def error_number(self) -> int:
-        """Bits 0-6; 0 is success."""
-        return self.error & ~ALERT
+        """What is wrong with the request; 0 for nothing. Protocol 2.0: a number, 1.0: flags."""
+        return self.error & ~(ALERT if self.protocol == 2 else HARDWARE_ERRORS)
+
+    @property
+    def error_name(self) -> str:
+        """Words for `error_number`."""
+        if self.protocol == 1:
+            return flag_names(self.error_number)
+        return STATUS_ERRORS.get(self.error_number, f"error {self.error_number}")
+
+    @property
+    def hardware_error(self) -> int | None:
+        """As Hardware Error Status has it, where the packet says it (protocol 1.0), else None."""
+        return None if self.protocol == 2 else self.error & HARDWARE_ERRORS
 
 
 @dataclass
@@ -54,7 +71,9 @@ class ParserCounters:
     packets : int
         Good status packets.
     foreign : int
-        Good packets that are no status: an echo of what was sent, or another master.
+        Good packets of another master: no status, and not what was sent.
+    echoes : int
+        Good packets that were sent by ourselves.
     bad_crc, bad_length : int
         Packets dropped because their CRC or length field is wrong.
     garbage_bytes : int
@@ -63,6 +82,7 @@ class ParserCounters:
 
     packets: int = 0
     foreign: int = 0
+    echoes: int = 0
     bad_crc: int = 0
     bad_length: int = 0
     garbage_bytes: int = 0
@@ -77,11 +97,19 @@ class StatusParser:
         Greatest value of the length field to believe. Waiting for the bytes that a corrupted
         length announces would stall the bus; a caller that knows what it asked for sets
         the attribute accordingly.
+    counters : ParserCounters, optional
+        To count in.
+
+    Attributes
+    ----------
+    own : bytes
+        What was sent; a packet out of it is an echo.
     """
 
-    def __init__(self, maximum_length: int = 1024) -> None:
+    def __init__(self, maximum_length: int = 1024, counters: ParserCounters | None = None) -> None:
         self.maximum_length = maximum_length
-        self.counters = ParserCounters()
+        self.own = b""
+        self.counters = ParserCounters() if counters is None else counters
         self._buffer = bytearray()
 
     @property
@@ -156,10 +184,16 @@ class StatusParser:
         del self._buffer[:end]
         body = unstuff(raw[_BEFORE_BODY:-2])
         if body[0] != STATUS or len(body) < 2 or raw[4] > MAXIMUM_ID:
-            self.counters.foreign += 1
+            self._count_stranger(raw)
             return None
         self.counters.packets += 1
         return StatusPacket(raw[4], body[1], body[2:])
+
+    def _count_stranger(self, raw: bytes) -> None:
+        if raw in self.own:
+            self.counters.echoes += 1
+        else:
+            self.counters.foreign += 1
 
     def _drop(self, count: int) -> None:
         self.counters.garbage_bytes += count

@@ -16,6 +16,12 @@ from pathlib import Path
 from armsyn.errors import PortError
 
 
+def lock_file(port: str) -> Path:
+    """Path of a port's lock file, there or not; links to a port mean the same one."""
+    name = str(Path(port).resolve()).strip("/").replace("/", "-")
+    return Path(tempfile.gettempdir()) / f"armsyn-{name}.lock"
+
+
 class PortLock:
     """Exclusive hold of a port by this process, until `release`.
 
@@ -32,9 +38,7 @@ class PortLock:
     """
 
     def __init__(self, port: str) -> None:
-        device = str(Path(port).resolve())
-        name = device.strip("/").replace("/", "-")
-        self.path = Path(tempfile.gettempdir()) / f"armsyn-{name}.lock"
+        self.path = lock_file(port)
         self._descriptor: int | None = self._acquire(port)
 
     def _acquire(self, port: str) -> int:

@@ -14,7 +14,9 @@ Status packets come back through `armsyn.driver.parser`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+
+from armsyn.driver.crc import crc16
 
 HEADER = b"\xff\xff\xfd\x00"
 BROADCAST_ID = 254
@@ -23,9 +25,12 @@ MAXIMUM_ID = 252
 PING = 0x01
 READ = 0x02
 WRITE = 0x03
+REBOOT = 0x08
 STATUS = 0x55
 SYNC_READ = 0x82
 SYNC_WRITE = 0x83
+FAST_SYNC_READ = 0x8A
+BULK_READ = 0x92
 
 ALERT = 0x80
 """Bit 7 of a status packet's error byte: look at Hardware Error Status."""
@@ -43,38 +48,6 @@ STATUS_ERRORS = {
 
 _PATTERN = b"\xff\xff\xfd"
 _STUFFED = b"\xff\xff\xfd\xfd"
-
-
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for byte in range(256):
-        crc = byte << 8
-        for _ in range(8):
-            crc = (crc << 1) ^ 0x8005 if crc & 0x8000 else crc << 1
-        table.append(crc & 0xFFFF)
-    return tuple(table)
-
-
-_CRC_TABLE = _crc_table()
-
-
-def crc16(data: bytes | bytearray | memoryview) -> int:
-    """CRC of a packet's bytes before its CRC field (e-Manual, "CRC Calculation").
-
-    Parameters
-    ----------
-    data : bytes-like
-
-    Returns
-    -------
-    int
-        16 bits; polynomial 0x8005, initial value 0, most significant bit first.
-    """
-    crc = 0
-    table = _CRC_TABLE
-    for byte in data:
-        crc = ((crc << 8) & 0xFF00) ^ table[(crc >> 8) ^ byte]
-    return crc
 
 
 def stuff(body: bytes) -> bytes:
@@ -131,9 +104,25 @@ def write(identifier: int, address: int, data: bytes) -> bytes:
     return packet(identifier, WRITE, _words(address) + data)
 
 
+def reboot(identifier: int) -> bytes:
+    """Let a servo start anew; it answers first, if its Status Return Level lets it."""
+    return packet(identifier, REBOOT)
+
+
 def sync_read(address: int, size: int, identifiers: Sequence[int]) -> bytes:
     """Ask several servos for the same `size` bytes; they answer in this order."""
     return packet(BROADCAST_ID, SYNC_READ, _words(address, size) + bytes(identifiers))
+
+
+def fast_sync_read(address: int, size: int, identifiers: Sequence[int]) -> bytes:
+    """Ask several servos for the same `size` bytes; they answer with one packet together."""
+    return packet(BROADCAST_ID, FAST_SYNC_READ, _words(address, size) + bytes(identifiers))
+
+
+def bulk_read(blocks: Mapping[int, tuple[int, int]]) -> bytes:
+    """Ask several servos for bytes of their own: ID to (address, size); they answer in order."""
+    shares = (bytes((identifier,)) + _words(*block) for identifier, block in blocks.items())
+    return packet(BROADCAST_ID, BULK_READ, b"".join(shares))
 
 
 def sync_write(address: int, size: int, identifiers: Sequence[int], data: bytes) -> bytes:

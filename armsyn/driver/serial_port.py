@@ -25,6 +25,12 @@ WRITE_MARGIN = 0.5
 """Seconds beyond their time on the wire after which bytes must have been taken: a port that hangs
 must not hang the program, which would then not even end on Ctrl-C."""
 
+LOOK_BEFORE = 150e-6
+"""Seconds before replies are due at which sleeping ends: what a sleep takes too long."""
+
+LOOK_AFTER = 100e-6
+"""Seconds for which late replies are looked for without sleeping."""
+
 _CHUNK = 4096
 _LOST = (serial.SerialException, OSError, termios.error, TypeError)
 """What pyserial and the system raise when the port vanishes (TypeError: a closed descriptor)."""
@@ -112,6 +118,47 @@ class SerialPort:
                     " adapter and plug it in again, then start again"
                 ) from None
             return 0
+
+    def read_now(self) -> bytes:
+        """Bytes that have arrived, without waiting; a port that went away may go unnoticed."""
+        try:
+            return os.read(self._descriptor, _CHUNK)
+        except BlockingIOError:
+            return b""
+        except _LOST as error:
+            raise self._lost(error) from error
+
+    def gather(self, count: int, expected: float) -> bytes:
+        """Bytes that should all have arrived at a moment that is known.
+
+        Sleeps until shortly before it and then looks without sleeping, for the last sleep would
+        take too long; gives up shortly after it.
+
+        Parameters
+        ----------
+        count : int
+            How many bytes are waited for.
+        expected : float
+            When the last of them should be here, on the port's clock, s.
+
+        Returns
+        -------
+        bytes
+            What has arrived: `count` of them, or fewer, or more.
+
+        Raises
+        ------
+        PortLostError
+            The port went away.
+        """
+        data = self.read_now()
+        nap = expected - LOOK_BEFORE - time.monotonic()
+        if nap > 0.0 and len(data) < count:
+            time.sleep(nap)
+        until = expected + LOOK_AFTER
+        while len(data) < count and time.monotonic() < until:
+            data += self.read_now()
+        return data
 
     def read(self, deadline: float) -> bytes:
         """Bytes that have arrived, waiting for the first of them until `deadline`.

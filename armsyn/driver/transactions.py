@@ -1,69 +1,40 @@
-"""Transactions with DYNAMIXEL servos on one serial bus, Protocol 2.0."""
+"""Transactions with DYNAMIXEL servos of both protocols on one serial bus.
+
+One lock makes a transaction whole, so that several threads can share a bus. A reply is matched by
+its servo, its size and, where the packet says so, its protocol; after a time-out the line is left
+to fall silent before the next request, so that a late reply answers nothing.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import lru_cache
+from collections.abc import Iterable
+from threading import RLock
 
-from armsyn.driver import protocol
+from armsyn.driver.budget import ErrorBudget
 from armsyn.driver.bus import DEFAULT_MARGIN, BusPort
-from armsyn.driver.parser import ParserCounters, StatusPacket, StatusParser
+from armsyn.driver.collecting import BusCounters
+from armsyn.driver.line import Line
+from armsyn.driver.parser import ParserCounters, StatusPacket
+from armsyn.driver.plans import ReadPlan
+from armsyn.driver.protocol import BROADCAST_ID
+from armsyn.driver.protocol1 import MAXIMUM_ID as LAST_ID_1
 from armsyn.driver.registers import Register
-from armsyn.driver.timing import STATUS_OVERHEAD, wire_time
-from armsyn.errors import BusTimeoutError, ServoStatusError
+from armsyn.driver.requests import (
+    Request,
+    codec,
+    ping_request,
+    read_request,
+    reboot_request,
+    write_request,
+)
+from armsyn.errors import BusBudgetError, BusError, BusTimeoutError, ServoStatusError
 
-UNKNOWN_RETURN_DELAY = 508e-6
-"""Seconds: the greatest return delay time, assumed until it is read."""
-
-QUIET = 1e-3
-"""Seconds of silence after which no late reply is expected any more."""
-
-LONGEST_DRAIN = 20e-3
-"""Seconds after which draining ends even if the line never falls silent."""
-
-_PING_SIZE = 3
-
-_PING_SLOT = 3e-3
+PING_SLOT = 3e-3
 """Seconds that the vendor's SDK gives each ID to answer a broadcast ping in its turn."""
 
-
-@dataclass
-class BusCounters:
-    """What a bus has met so far.
-
-    Attributes
-    ----------
-    transactions : int
-        Requests that wait for replies.
-    timeouts : int
-        Those that lacked one at their deadline.
-    unexpected : int
-        Good packets of a servo, or of a size, that was not asked for.
-    drained_bytes : int
-        Late bytes thrown away after a time-out.
-    """
-
-    transactions: int = 0
-    timeouts: int = 0
-    unexpected: int = 0
-    drained_bytes: int = 0
-
-
-@dataclass
-class _Pending:
-    """Replies that are waited for."""
-
-    ids: set[int]
-    size: int | None
-    replies: dict[int, StatusPacket] = field(default_factory=dict)
-
-    def accept(self, packet: StatusPacket) -> bool:
-        fits = self.size is None or len(packet.parameters) == self.size or packet.error_number
-        if packet.servo_id not in self.ids or not fits:
-            return False
-        self.ids.discard(packet.servo_id)
-        self.replies[packet.servo_id] = packet
-        return True
+_PING_SIZE = 3
+_SCAN_MARGIN = 3e-3
+_FIRST_X_NUMBER = 1000
 
 
 class Bus(BusPort):
@@ -78,6 +49,15 @@ class Bus(BusPort):
     margin : float
         Seconds that a reply may come after its time on the wire.
 
+    Attributes
+    ----------
+    protocols : dict of int to {1, 2}
+        Which protocol a servo speaks; 2 where it is not said.
+    return_delays : dict of int to float
+        Return delay time of each servo, s; the greatest there is where it is not said.
+    budget : ErrorBudget
+        Repetitions that are left.
+
     Raises
     ------
     PortError
@@ -85,18 +65,41 @@ class Bus(BusPort):
     """
 
     def __init__(self, path: str, baud: int, margin: float = DEFAULT_MARGIN) -> None:
-        super().__init__(path, baud, margin)
+        self.protocols: dict[int, int] = {}
         self.return_delays: dict[int, float] = {}
-        self.counters = BusCounters()
-        self._parser = StatusParser()
-        self._late_replies_possible = False
+        self.budget = ErrorBudget()
+        self._line = Line()
+        self._lock = RLock()
+        super().__init__(path, baud, margin)
+
+    @property
+    def counters(self) -> BusCounters:
+        """What the bus has met so far."""
+        return self._line.counters
 
     @property
     def parser_counters(self) -> ParserCounters:
-        """What the parser has met so far."""
-        return self._parser.counters
+        """What its parsers have met so far."""
+        return self._line.parser_counters
 
-    def ping(self, servo_id: int, attempts: int = 3) -> tuple[int, int]:
+    @property
+    def foreign_traffic(self) -> int:
+        """Packets of another master that were heard so far (protocol 2.0)."""
+        return self.parser_counters.foreign
+
+    def reopen(self) -> None:
+        """Open the port again after it was lost or closed; PortError when it cannot be.
+
+        Nothing is sent, and nothing that was under way goes on.
+        """
+        with self._lock:
+            self.close()
+            self._line.reset()
+            self.openPort()
+
+    def ping(
+        self, servo_id: int, attempts: int = 3, protocol: int | None = None
+    ) -> tuple[int, int]:
         """Ask whether a servo is there.
 
         Parameters
@@ -104,6 +107,9 @@ class Bus(BusPort):
         servo_id : int
         attempts : int
             How often to ask before giving up.
+        protocol : {1, 2}, optional
+            By default the servo's own. A servo of protocol 1.0 is asked for its registers, for
+            its answer to a ping says nothing.
 
         Returns
         -------
@@ -116,25 +122,40 @@ class Bus(BusPort):
         PortLostError
             The port went away.
         """
-        reply = self._ask(servo_id, protocol.ping(servo_id), _PING_SIZE, attempts)
-        return int.from_bytes(reply.parameters[:2], "little"), reply.parameters[2]
+        if (protocol or self._protocol(servo_id)) == 2:
+            data = self._ask(ping_request(servo_id, _PING_SIZE), attempts).parameters
+            return int.from_bytes(data[:2], "little"), data[2]
+        data = self._ask(read_request(1, servo_id, 0, _PING_SIZE), attempts).parameters
+        number = int.from_bytes(data[:2], "little")
+        if number >= _FIRST_X_NUMBER:  # set to speak 1.0, with its own table
+            data = self._ask(read_request(1, servo_id, 6, 1), attempts).parameters
+        return number, data[-1]
 
-    def broadcast_ping(self) -> dict[int, int]:
-        """Ask all servos at once; takes the whole window in which 253 could answer.
+    def broadcast_ping(self, protocol: int = 2) -> dict[int, int]:
+        """Ask all servos of a protocol; takes the whole window in which they could answer.
+
+        Servos of protocol 1.0 would answer all at once: every ID is asked by itself.
 
         Returns
         -------
         dict of int to int
             ID to model number.
         """
-        everyone = protocol.MAXIMUM_ID + 1
-        answer = wire_time(STATUS_OVERHEAD + _PING_SIZE, self.baudrate) + UNKNOWN_RETURN_DELAY
-        window = everyone * (answer + _PING_SLOT)
-        self._send(protocol.ping(protocol.BROADCAST_ID), _PING_SIZE)
-        pending = _Pending(set(range(everyone)), _PING_SIZE)
-        self._collect(pending, self.serial_port.now() + window + self.margin)
-        found = sorted(pending.replies.items())
+        if protocol == 1:
+            return self._ping_each()
+        request = ping_request(BROADCAST_ID, _PING_SIZE)
+        replies = self._run(request, b"", self.margin + len(request.sizes) * PING_SLOT)
+        found = sorted(replies.items())
         return {i: int.from_bytes(r.parameters[:2], "little") for i, r in found}
+
+    def _ping_each(self) -> dict[int, int]:
+        found = {}
+        for servo_id in range(LAST_ID_1 + 1):
+            request = read_request(1, servo_id, 0, 2)
+            replies = self._run(request, b"", _SCAN_MARGIN + 2.0 * self.latency)
+            if replies and replies[servo_id].parameters:
+                found[servo_id] = int.from_bytes(replies[servo_id].parameters, "little")
+        return found
 
     def read(self, servo_id: int, register: Register, attempts: int = 3) -> int:
         """Value of a register, in its own unit.
@@ -148,13 +169,35 @@ class Bus(BusPort):
         PortLostError
             The port went away.
         """
-        request = protocol.read(servo_id, register.address, register.size)
-        return register.decode(self._ask(servo_id, request, register.size, attempts).parameters)
+        number = self._protocol(servo_id)
+        request = read_request(number, servo_id, register.address, register.size)
+        return register.decode(self._ask(request, attempts).parameters)
 
     def write(self, servo_id: int, register: Register, value: int, attempts: int = 3) -> None:
         """Write a register and wait for the servo's word that it did; errors as `read`."""
-        request = protocol.write(servo_id, register.address, register.encode(value))
-        self._ask(servo_id, request, 0, attempts)
+        data = register.encode(value)
+        request = write_request(self._protocol(servo_id), servo_id, register.address, data)
+        self._ask(request, attempts)
+
+    def reboot(self, servo_id: int) -> None:
+        """Let a servo start anew; it is deaf for a while then, and its RAM is as at power-on.
+
+        The servo's word is waited for, but need not come: low Status Return Levels forbid it.
+
+        Raises
+        ------
+        BusError
+            The servo speaks protocol 1.0, which has no such instruction, or refuses.
+        PortLostError
+            The port went away.
+        """
+        if self._protocol(servo_id) == 1:
+            raise BusError(
+                f"servo {servo_id} on {self.port_name} speaks protocol 1.0, which cannot reboot:"
+                " switch its power off and on"
+            )
+        replies = self._run(reboot_request(servo_id))
+        self._check(replies.values())
 
     def sync_write(self, register: Register, values: dict[int, int]) -> None:
         """Write one register of several servos; none of them answers.
@@ -165,28 +208,32 @@ class Bus(BusPort):
         values : dict of int to int
             ID to value, in the register's own unit.
         """
-        data = b"".join(register.encode(value) for value in values.values())
-        self._send(protocol.sync_write(register.address, register.size, list(values), data), 0)
+        data = b""
+        for number in (2, 1):
+            ids = [i for i in values if self._protocol(i) == number]
+            if ids:
+                payload = b"".join(register.encode(values[i]) for i in ids)
+                data += codec(number).sync_write(register.address, register.size, ids, payload)
+        self.send(data)
 
-    def sync_read(
-        self,
-        address: int,
-        size: int,
-        servo_ids: tuple[int, ...],
-        *,
-        before: bytes = b"",
-        margin: float | None = None,
+    def send(self, packets: bytes) -> None:
+        """Send packets that nobody answers; PortLostError when the port went away."""
+        with self._lock:
+            self.serial_port.write(packets)
+
+    def exchange(
+        self, before: bytes, reads: Iterable[ReadPlan], margin: float | None = None
     ) -> dict[int, StatusPacket]:
-        """Read the same bytes of several servos.
+        """One cycle: packets that nobody answers, then reads.
 
         Parameters
         ----------
-        address, size : int
-        servo_ids : tuple of int
         before : bytes
-            Packets that nobody answers (a sync write), sent in the same breath.
+            Packets, such as sync writes; sent in the same breath as the first read.
+        reads : iterable of ReadPlan
+            Of different servos.
         margin : float, optional
-            Instead of the bus's own.
+            Seconds that a reply may come after its time on the wire, instead of the bus's own.
 
         Returns
         -------
@@ -199,45 +246,77 @@ class Bus(BusPort):
         PortLostError
             The port went away.
         """
-        request = before + _sync_read_request(address, size, servo_ids)
-        self._send(request, size)
-        back = len(servo_ids) * (STATUS_OVERHEAD + size)
-        delay = sum(self.return_delays.get(i, UNKNOWN_RETURN_DELAY) for i in servo_ids)
-        duration = wire_time(len(request) + back, self.baudrate) + delay
-        pending = _Pending(set(servo_ids), size)
-        allowed = self.margin if margin is None else margin
-        self._collect(pending, self.serial_port.now() + duration + allowed)
-        self.counters.timeouts += bool(pending.ids)
-        return pending.replies
+        replies: dict[int, StatusPacket] = {}
+        with self._lock:
+            for plan in reads:
+                for request in plan.requests:
+                    replies |= self._run(request, before, margin)
+                    before = b""
+            if before:
+                self.serial_port.write(before)
+        return replies
+
+    def sync_read(
+        self,
+        address: int,
+        size: int,
+        servo_ids: tuple[int, ...],
+        *,
+        before: bytes = b"",
+        margin: float | None = None,
+    ) -> dict[int, StatusPacket]:
+        """Read the same bytes of several servos of protocol 2.0; see `exchange`."""
+        return self.exchange(before, (ReadPlan("sync", 2, address, size, servo_ids),), margin)
 
     def read_all(
         self, register: Register, servo_ids: tuple[int, ...], attempts: int = 3
     ) -> dict[int, int]:
         """One register of several servos, in the order of `servo_ids`; errors as `read`."""
-        replies: dict[int, StatusPacket] = {}
-        for _ in range(attempts):
-            missing = tuple(i for i in servo_ids if i not in replies)
+        plans = self._plans(register, servo_ids)
+        replies = self.exchange(b"", plans)
+        for _ in range(attempts - 1):
+            missing = [i for i in servo_ids if i not in replies]
             if not missing:
                 break
-            replies |= self.sync_read(register.address, register.size, missing)
+            self._spend(missing)
+            replies |= self.exchange(b"", [plan.without(replies) for plan in plans])
         if silent := tuple(i for i in servo_ids if i not in replies):
             raise self._silent(silent)
-        for reply in replies.values():
-            _check_status(reply, self.port_name)
+        self._check(replies.values())
         return {i: register.decode(replies[i].parameters) for i in servo_ids}
 
-    def _ask(self, servo_id: int, request: bytes, size: int, attempts: int) -> StatusPacket:
-        delay = self.return_delays.get(servo_id, UNKNOWN_RETURN_DELAY)
-        duration = wire_time(len(request) + STATUS_OVERHEAD + size, self.baudrate) + delay
-        for _ in range(attempts):
-            self._send(request, size)
-            pending = _Pending({servo_id}, size)
-            self._collect(pending, self.serial_port.now() + duration + self.margin)
-            if reply := pending.replies.get(servo_id):
-                _check_status(reply, self.port_name)
-                return reply
-            self.counters.timeouts += 1
+    def _plans(self, register: Register, servo_ids: tuple[int, ...]) -> list[ReadPlan]:
+        both = {n: tuple(i for i in servo_ids if self._protocol(i) == n) for n in (2, 1)}
+        address, size = register.address, register.size
+        return [
+            ReadPlan("sync" if number == 2 else "single", number, address, size, ids)
+            for number, ids in both.items()
+            if ids
+        ]
+
+    def _protocol(self, servo_id: int) -> int:
+        return self.protocols.get(servo_id, 2)
+
+    def _ask(self, request: Request, attempts: int) -> StatusPacket:
+        """Ask one servo until it answers."""
+        (servo_id,) = request.sizes
+        for attempt in range(attempts):
+            if attempt:
+                self._spend([servo_id])
+            if replies := self._run(request):
+                self._check(replies.values())
+                return replies[servo_id]
         raise self._silent((servo_id,))
+
+    def _spend(self, servo_ids: Iterable[int]) -> None:
+        """Take one repetition out of the budget."""
+        if not self.budget.take(self.serial_port.now()):
+            ids = tuple(servo_ids)
+            raise BusBudgetError(
+                f"{self._silent(ids)}; {self.budget.spent} answers had to be asked for again"
+                " already: the bus is not fit for use",
+                ids,
+            )
 
     def _silent(self, servo_ids: tuple[int, ...]) -> BusTimeoutError:
         names = ", ".join(map(str, servo_ids))
@@ -247,45 +326,22 @@ class Bus(BusPort):
             servo_ids,
         )
 
-    def _send(self, request: bytes, size: int) -> None:
-        """Send a request whose replies hold `size` bytes, on a line without late replies."""
-        if self._late_replies_possible:
-            self._drain()
-        # instruction, error, CRC, the data, and what stuffing may add to them
-        self._parser.maximum_length = 4 + size + (size + 4) // 3
-        self.serial_port.write(request)
+    def _check(self, replies: Iterable[StatusPacket]) -> None:
+        for reply in replies:
+            if reply.error_number:
+                raise ServoStatusError(
+                    f"servo {reply.servo_id} on {self.port_name} refused a request:"
+                    f" {reply.error_name}",
+                    reply.servo_id,
+                    reply.error_number,
+                )
 
-    def _collect(self, pending: _Pending, deadline: float) -> None:
-        """Gather replies until all are there or `deadline` has passed."""
-        self.counters.transactions += 1
-        read, feed = self.serial_port.read, self._parser.feed
-        while pending.ids:
-            data = read(deadline)
-            if not data:
-                self._late_replies_possible = True
-                return
-            for packet in feed(data):
-                if not pending.accept(packet):
-                    self.counters.unexpected += 1
-
-    def _drain(self) -> None:
-        end = self.serial_port.now() + LONGEST_DRAIN
-        while data := self.serial_port.read(min(end, self.serial_port.now() + QUIET)):
-            self.counters.drained_bytes += len(data)
-            if self.serial_port.now() > end:
-                break
-        self._parser.reset()
-        self._late_replies_possible = False
-
-
-@lru_cache(maxsize=256)
-def _sync_read_request(address: int, size: int, servo_ids: tuple[int, ...]) -> bytes:
-    return protocol.sync_read(address, size, servo_ids)
-
-
-def _check_status(reply: StatusPacket, port: str) -> None:
-    if number := reply.error_number:
-        name = protocol.STATUS_ERRORS.get(number, f"error {number}")
-        raise ServoStatusError(
-            f"servo {reply.servo_id} on {port} refused a request: {name}", reply.servo_id, number
-        )
+    def _run(
+        self, request: Request, before: bytes = b"", margin: float | None = None
+    ) -> dict[int, StatusPacket]:
+        """Carry out one request, after packets that nobody answers."""
+        duration = request.duration(len(before), self.baudrate, self.return_delays)
+        allowed = self.margin if margin is None else margin
+        with self._lock:
+            self._line.latency = self.latency
+            return self._line.exchange(self.serial_port, request, before, duration, allowed)

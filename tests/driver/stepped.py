@@ -55,6 +55,15 @@ class SteppedSerial:
             if data or self.now() >= deadline:
                 return data
 
+    def read_now(self) -> bytes:
+        return self.read(self.now())
+
+    def gather(self, count: int, expected: float) -> bytes:
+        data = self.read_now()
+        while len(data) < count and (chunk := self.read(expected)):
+            data += chunk
+        return data
+
     def close(self) -> None:
         self.lost = True
 

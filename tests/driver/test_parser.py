@@ -15,7 +15,7 @@ PAYLOADS = st.one_of(
     st.lists(st.sampled_from([b"\xff", b"\xfd", b"\x00", PATTERN]), max_size=12).map(b"".join),
 )
 PACKETS = st.builds(
-    StatusPacket, st.integers(0, 252), st.sampled_from([0, 7, 0x80, 0x87]), PAYLOADS
+    StatusPacket, st.integers(0, 252), st.sampled_from([0, 7, 0x80, 0x87]), PAYLOADS, st.just(2)
 )
 
 
@@ -101,9 +101,11 @@ def test_a_length_that_lies(length: int) -> None:
 
 def test_an_echo_is_no_answer() -> None:
     parser = StatusParser()
-    echo = protocol.sync_read(126, 10, [1, 2])
+    echo = parser.own = protocol.sync_read(126, 10, [1, 2])
+    stranger = protocol.ping(3)
     answer = StatusPacket(1, 0, b"\x00" * 10)
-    assert parser.feed(echo + wire(answer)) == [answer]
+    assert parser.feed(echo + stranger + wire(answer)) == [answer]
+    assert parser.counters.echoes == 1
     assert parser.counters.foreign == 1
 
 

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armsyn.driver import protocol
+from armsyn.driver.crc import crc16
 
 PATTERN = b"\xff\xff\xfd"
 AWKWARD = st.lists(st.sampled_from([b"\xff", b"\xfd", b"\x00", PATTERN, b"\x12"]), max_size=40)
@@ -63,7 +64,7 @@ def test_packets_of_the_sdk(identifier: int, instruction: int, payload: bytes) -
 
 @given(st.binary(max_size=200))
 def test_crc_of_the_sdk(data: bytes) -> None:
-    assert protocol.crc16(data) == Protocol2PacketHandler().updateCRC(0, list(data), len(data))
+    assert crc16(data) == Protocol2PacketHandler().updateCRC(0, list(data), len(data))
 
 
 @given(PAYLOADS)

@@ -1,0 +1,147 @@
+"""One request and its replies on a serial line: echoes, late replies and strangers told apart."""
+
+from __future__ import annotations
+
+from armsyn.driver.collecting import BusCounters, Collector, Echo, FastCollector, StatusCollector
+from armsyn.driver.parser import ParserCounters, StatusPacket, StatusParser
+from armsyn.driver.parser1 import StatusParser1
+from armsyn.driver.quick import FastLayout
+from armsyn.driver.requests import Request
+from armsyn.driver.serial_port import SerialPort
+
+QUIET = 1e-3
+"""Seconds of silence, beyond the adapter's latency, after which no late reply is expected."""
+
+LONGEST_DRAIN = 20e-3
+"""Seconds, beyond the adapter's latency, after which draining ends even on a line that never
+falls silent."""
+
+
+class Line:
+    """What a bus knows of its line from one request to the next.
+
+    Attributes
+    ----------
+    counters : BusCounters
+    parser_counters : ParserCounters
+        What has been met so far.
+    latency : float
+        Seconds for which the adapter may keep a reply to itself.
+    """
+
+    def __init__(self) -> None:
+        self.counters = BusCounters()
+        self.parser_counters = ParserCounters()
+        self.latency = 0.0
+        self._parser = StatusParser(counters=self.parser_counters)
+        self._parser1 = StatusParser1(self.parser_counters)
+        self._silent_since: float | None = None  # of a time-out: replies may still come late
+        self._echoes = False
+
+    def reset(self) -> None:
+        """Forget what was under way."""
+        self._parser.reset()
+        self._parser1.reset()
+        self._silent_since = None
+
+    def exchange(
+        self, port: SerialPort, request: Request, before: bytes, duration: float, margin: float
+    ) -> dict[int, StatusPacket]:
+        """Send a request and gather its replies.
+
+        Parameters
+        ----------
+        port : SerialPort
+        request : Request
+        before : bytes
+            Packets that nobody answers, sent in the same breath.
+        duration : float
+            Of all that on the wire, s.
+        margin : float
+            Seconds that replies may be later.
+
+        Returns
+        -------
+        dict of int to StatusPacket
+            Of the servos that answered in time.
+
+        Raises
+        ------
+        PortLostError
+            The port went away.
+        """
+        self._clear(port)
+        sent = before + request.data
+        port.write(sent)
+        self.counters.transactions += 1
+        expected = port.now() + duration
+        echoed = len(sent) if self._echoes else 0
+        data = port.gather(echoed + request.reply_bytes, expected)
+        replies = request.decode(data[echoed:]) if data[:echoed] == sent[:echoed] else None
+        if replies is None:
+            return self._collect(port, request, sent, data, expected + margin)
+        self.counters.echoed_bytes += echoed
+        self.parser_counters.packets += len(replies)
+        return replies
+
+    def _collect(
+        self, port: SerialPort, request: Request, sent: bytes, data: bytes, deadline: float
+    ) -> dict[int, StatusPacket]:
+        """Find replies in `data` and in what comes until all are there or `deadline` is past."""
+        collector, echo = self._collector(request, sent), Echo(sent)
+        collector.feed(echo.strip(data))
+        while not collector.complete:
+            data = port.read(deadline)
+            if not data:
+                collector.feed(echo.rest())
+                collector.finish()
+                break
+            collector.feed(echo.strip(data))
+        if not collector.complete:
+            self.counters.timeouts += 1
+            self._silent_since = port.now()
+        self._echoes = bool(echo.stripped)
+        self.counters.echoed_bytes += echo.stripped
+        return collector.replies
+
+    def _collector(self, request: Request, sent: bytes) -> Collector:
+        if isinstance(request.layout, FastLayout):
+            return FastCollector(request.layout, self.parser_counters)
+        sizes = request.sizes
+        if request.protocol == 1:
+            self._parser1.own = sent
+            self._parser1.lengths = {2, *(size + 2 for size in sizes.values())}
+            return StatusCollector(sizes, self._parser1, self.counters)
+        # instruction, error, CRC, the data, and what stuffing may add to them
+        size = max(sizes.values())
+        self._parser.maximum_length = 4 + size + (size + 4) // 3
+        self._parser.own = sent
+        return StatusCollector(sizes, self._parser, self.counters)
+
+    def _clear(self, port: SerialPort) -> None:
+        """Leave nothing on the line that came before the request."""
+        if self._silent_since is not None:
+            self._drain(port, self._silent_since)
+        elif data := port.read_now():
+            self._overhear(data)
+
+    def _drain(self, port: SerialPort, since: float) -> None:
+        """Wait for late replies to be over, and throw them away."""
+        quiet = QUIET + self.latency
+        end = port.now() + LONGEST_DRAIN + self.latency
+        until = since + quiet
+        while data := port.read(min(end, until)):
+            self.counters.drained_bytes += len(data)
+            until = port.now() + quiet
+            if port.now() > end:
+                break
+        self._parser.reset()
+        self._parser1.reset()
+        self._silent_since = None
+
+    def _overhear(self, data: bytes) -> None:
+        """Count what nobody asked for, and whether it is another master's."""
+        self.counters.unsolicited_bytes += len(data)
+        stranger = StatusParser()
+        stranger.feed(data)
+        self.parser_counters.foreign += stranger.counters.foreign
