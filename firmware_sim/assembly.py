@@ -10,7 +10,8 @@ from firmware_sim.errors import PlantError
 from firmware_sim.faults.spec import FaultSpec
 from firmware_sim.firmware.world import World, build_world
 from firmware_sim.physics.plant import SUPPLY_RESISTANCE, JointsPlant, Plant
-from firmware_sim.rig.settings import Mount, Rig
+from firmware_sim.rig.mounting import Mounting, find_couplings, find_mountings
+from firmware_sim.rig.settings import Rig
 from firmware_sim.rig.state_file import SavedState
 from firmware_sim.simulation import Simulation
 from firmware_sim.wire.bus import Bus
@@ -94,16 +95,38 @@ def _build_world(rig: Rig, mujoco: bool, state: SavedState | None, when: float) 
         servo if servo.supply_voltage else replace(servo, supply_voltage=voltage)
         for servo in rig.servos
     ]
-    resistance = SUPPLY_RESISTANCE if rig.supply.resistance is None else rig.supply.resistance
-    world = build_world(settings, when, lambda axes: JointsPlant(axes, resistance))
+    world = build_world(settings, when)
+    mountings = find_mountings(rig.servos, world.servos)
     if state is not None:
         state.restore(world.servos)
-    if mujoco:
-        world.plant = _build_arm(rig, world, resistance)
+    resistances = _connect_supplies(rig, world)
+    build = _build_arm if mujoco else _build_joints
+    world.plant = build(rig, world, mountings, resistances)
     return world
 
 
-def _build_arm(rig: Rig, world: World, resistance: float) -> Plant:
+def _connect_supplies(rig: Rig, world: World) -> list[float]:
+    """Let servos of one voltage share a supply; return the resistance of each, ohm."""
+    voltages = sorted({servo.supply_voltage for servo in world.servos})
+    for servo in world.servos:
+        servo.axis.connect(voltages.index(servo.supply_voltage))
+    resistance = SUPPLY_RESISTANCE if rig.supply.resistance is None else rig.supply.resistance
+    return [resistance] * len(voltages)
+
+
+def _build_joints(
+    _rig: Rig, world: World, mountings: Sequence[Mounting], resistances: Sequence[float]
+) -> Plant:
+    """Return joints that know nothing of each other, each with the servos that share it."""
+    axes = world.plant.axes
+    for base, other, gear in find_couplings(mountings, [axis.angle for axis in axes]):
+        axes.couple(base, other, gear)
+    return JointsPlant(axes, resistances)
+
+
+def _build_arm(
+    rig: Rig, world: World, mountings: Sequence[Mounting], resistances: Sequence[float]
+) -> Plant:
     """Return the rig's bodies with the world's servos in their joints."""
     if rig.mjcf is None:
         raise PlantError(
@@ -112,13 +135,18 @@ def _build_arm(rig: Rig, world: World, resistance: float) -> Plant:
         )
     from firmware_sim.physics.mujoco import MujocoPlant  # noqa: PLC0415 - an extra, and slow
 
-    joints: list[str | None] = []
-    directions, zeros = [], []
-    for setting, servo in zip(rig.servos, world.servos, strict=True):
-        mount = setting.mount or Mount("")
-        zero = servo.firmware.angle(mount.zero_tick)
-        reverse = servo.firmware.angle(mount.zero_tick + 1) < zero  # positions count clockwise
-        joints.append(mount.joint or None)
-        directions.append(-mount.direction if reverse else mount.direction)
-        zeros.append(zero)
-    return MujocoPlant(world.plant.axes, rig.mjcf, joints, directions, zeros, resistance)
+    axes = world.plant.axes
+    joints, directions, zeros = zip(*mountings, strict=True)
+    named = {servo.mount.joint for servo in rig.servos if servo.mount is not None} - {rig.gripper}
+    offsets = list(zeros)
+    for base, other, gear in find_couplings(mountings, [axis.angle for axis in axes]):
+        offsets[other] = axes[other].angle - gear * (axes[base].angle - zeros[base])
+    return MujocoPlant(
+        axes,
+        rig.mjcf,
+        joints,
+        directions,
+        offsets,
+        resistances,
+        outside={joint for joint in joints if joint and joint not in named},
+    )

@@ -33,6 +33,11 @@ A rig file (--rig), all fields but id and model optional:
   model = "xm430-w350"        # firmware, protocol, baud, return_delay_us, drive_mode, start_tick,
   backlash = 0.25             # supply_voltage, joint, direction, zero_tick; degrees
   registers = { "Min Position Limit" = 1024 }
+  [[servo]]                   # a second one on the joint of the first, which follows its goals
+  id = 2
+  model = "xm430-w350"
+  shadow_of = 1
+  drive_mode = 1              # mirrored; with direction = -1 instead it fights its leader
 
 A scenario (--scenario), with the arguments that --list-faults names:
 

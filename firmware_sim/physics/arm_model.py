@@ -8,7 +8,7 @@ are set anew in every step (`mujoco`), as torque off and faults change them.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from firmware_sim.errors import PlantError
 from firmware_sim.physics import kernel
 
-_STIFF_FRICTION = [0.9999, 0.9999, 0.001, 0.5, 2.0]
-"""MuJoCo's solimp for friction: as near to Coulomb's as it goes. With its default a joint that
-friction holds would creep by some tenths of a degree a second, with this by a millionth."""
+STIFF = [0.9999, 0.9999, 0.001, 0.5, 2.0]
+"""MuJoCo's solimp for friction and obstacles: as near to Coulomb's as it goes. With its default a
+joint that friction holds would creep by some tenths of a degree a second, with this by a
+millionth."""
 
-_QUICK_FRICTION = [2.0 * kernel.STEP, 1.0]
-"""MuJoCo's solref for friction: the shortest time that it takes, s, and critical damping."""
+QUICK = [2.0 * kernel.STEP, 1.0]
+"""MuJoCo's solref for the same: the shortest time that it takes, s, and critical damping."""
 
 _LIGHT = 1.0e-9
 """Inertia of the body that turns with a servo outside the arm, kg m^2: its armature counts."""
@@ -40,11 +41,14 @@ class ArmModel:
         MuJoCo's ``MjModel`` and ``MjData``.
     places : ndarray of int, shape (2, servos)
         Where each servo's joint stands in ``qpos``, and in ``qvel``.
+    joints : ndarray of int, shape (servos,)
+        Which of the model's joints each servo turns.
     """
 
     model: Any
     data: Any
     places: NDArray[np.intp]
+    joints: NDArray[np.intp]
 
 
 def load_mujoco() -> ModuleType:
@@ -63,7 +67,12 @@ def load_mujoco() -> ModuleType:
         ) from error
 
 
-def build_model(mjcf: str, joints: Sequence[str | None], inertias: Sequence[float]) -> ArmModel:
+def build_model(
+    mjcf: str,
+    joints: Sequence[str | None],
+    inertias: Sequence[float],
+    outside: Collection[str] = (),
+) -> ArmModel:
     """Compile MJCF with the servos in its joints.
 
     Parameters
@@ -72,10 +81,12 @@ def build_model(mjcf: str, joints: Sequence[str | None], inertias: Sequence[floa
         Of the arm. Its time step, integrator and actuators are not used, nor are armature, damping,
         friction and springs of the joints that have a servo.
     joints : sequence of str or None
-        The joint that each servo turns; None for one outside the arm, such as a gripper's, which
-        gets a joint of its own that nothing else feels.
+        The joint that each servo turns; None for one outside the arm, which gets a joint of its own
+        that nothing else feels.
     inertias : sequence of float
         Of each motor with its gears, seen from the horn, kg m^2.
+    outside : collection of str
+        Joints, such as a gripper's, that are made outside the arm if its MJCF has none of the name.
 
     Returns
     -------
@@ -92,7 +103,13 @@ def build_model(mjcf: str, joints: Sequence[str | None], inertias: Sequence[floa
     try:
         spec = mujoco.MjSpec.from_string(mjcf)
         _set_options(mujoco, spec)
-        hinges = [_hinge(mujoco, spec, joint, k) for k, joint in enumerate(joints)]
+        _make_outside(mujoco, spec, set(outside).intersection(joints))
+        hinges = [
+            _make_hinge(mujoco, spec, f"servo {k} alone")
+            if joint is None
+            else _find_hinge(mujoco, spec, joint)
+            for k, joint in enumerate(joints)
+        ]
         for hinge in hinges:
             _clear(hinge)
         for hinge, inertia in zip(hinges, inertias, strict=True):
@@ -106,7 +123,7 @@ def build_model(mjcf: str, joints: Sequence[str | None], inertias: Sequence[floa
         ) from error
     rows = [hinge.id for hinge in hinges]
     places = np.array([model.jnt_qposadr[rows], model.jnt_dofadr[rows]], dtype=np.intp)
-    return ArmModel(model, mujoco.MjData(model), places)
+    return ArmModel(model, mujoco.MjData(model), places, np.array(rows, dtype=np.intp))
 
 
 def _keep_quiet(warning: str) -> None:
@@ -122,14 +139,23 @@ def _set_options(mujoco: ModuleType, spec: Any) -> None:
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
 
 
-def _hinge(mujoco: ModuleType, spec: Any, joint: str | None, number: int) -> Any:
-    """Return a servo's joint, made for it if it sits outside the arm."""
-    if joint is None:
-        body = spec.worldbody.add_body(name=f"servo {number} alone")
-        body.explicitinertial = True
-        body.mass = _LIGHT
-        body.inertia = [_LIGHT] * 3
-        return body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
+def _make_outside(mujoco: ModuleType, spec: Any, names: Collection[str]) -> None:
+    """Make joints outside the arm, but for those that it has."""
+    for name in sorted(set(names) - {known.name for known in spec.joints}):
+        _make_hinge(mujoco, spec, name)
+
+
+def _make_hinge(mujoco: ModuleType, spec: Any, name: str) -> Any:
+    """Return a new joint that nothing else feels."""
+    body = spec.worldbody.add_body(name=f"{name} (outside the arm)")
+    body.explicitinertial = True
+    body.mass = _LIGHT
+    body.inertia = [_LIGHT] * 3
+    return body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
+
+
+def _find_hinge(mujoco: ModuleType, spec: Any, joint: str) -> Any:
+    """Return a servo's joint."""
     found = {known.name: known for known in spec.joints}
     if joint not in found:
         known = ", ".join(name for name in found if name) or "none"
@@ -145,5 +171,5 @@ def _clear(hinge: Any) -> None:
     hinge.damping = 0.0 * hinge.damping
     hinge.stiffness = 0.0 * hinge.stiffness
     hinge.frictionloss = 0.0
-    hinge.solref_friction = _QUICK_FRICTION
-    hinge.solimp_friction = _STIFF_FRICTION
+    hinge.solref_friction = QUICK
+    hinge.solimp_friction = STIFF

@@ -14,9 +14,9 @@ import numpy as np
 
 from firmware_sim.physics import kernel as k
 from firmware_sim.physics.fitting import fit_motor
+from firmware_sim.physics.handling import Handling
 from firmware_sim.physics.motor_data import MotorData
 from firmware_sim.physics.profile import Profile, ProfileType
-from firmware_sim.physics.sensors import Sensors
 
 _STEP = float(ProfileType.STEP)
 
@@ -58,13 +58,31 @@ class Axes:
         """Whether every axis is watched, and within what its firmware looks into."""
         return k.is_sound(self.state)
 
+    def couple(self, base: int, other: int, gear: int = 1) -> None:
+        """Let two shafts turn as one, as servos that share a joint do.
+
+        They are coupled before the play of their gears. The angles that they have keep apart.
+
+        Parameters
+        ----------
+        base : int
+            Which axis; one that several are coupled with is the base of all.
+        other : int
+            The other one, which is the base of none.
+        gear : int
+            1 if they turn the same way, -1 if opposite ways.
+        """
+        joined = self.state[other]
+        self.state[base, k.LINK] = k.LEADS
+        joined[k.LINK], joined[k.BASE], joined[k.GEAR] = k.FOLLOWS, base, gear
+
     def column(self, column: int) -> k.FloatArray:
         """Return one of the columns that `kernel` names, of all axes: a view, shape (count,)."""
         return self.state[:, column]
 
 
-class Axis(Sensors):
-    """One axis, sensed and commanded; `configure` comes first.
+class Axis(Handling):
+    """One axis, sensed, handled and commanded; `configure` comes first.
 
     Parameters
     ----------
@@ -115,6 +133,8 @@ class Axis(Sensors):
         row[k.DUTY_CAP] = row[k.FRICTION_FACTOR] = 1.0
         row[k.CURRENT_CAP] = row[k.SLOPE] = math.inf
         row[k.SENSES_INPUT] = float(senses_input)
+        row[k.GEAR] = 1.0
+        row[k.STOP_LOW], row[k.STOP_HIGH] = -math.inf, math.inf
 
     def release(self) -> None:
         """Switch the torque off: the gears run down, and a load can turn them."""
@@ -251,33 +271,6 @@ class Axis(Sensors):
     def set_slope(self, volts: float) -> None:
         """Let the voltage of the PWM change by so many V in a step; infinity for at once."""
         self._set(k.SLOPE, volts)
-
-    def apply_load(self, torque: float) -> None:
-        """Load the horn with an external torque against the positive direction, N m."""
-        self._set(k.LOAD, torque)
-
-    def set_supply(self, voltage: float) -> None:
-        """Change the voltage of its supply without current, V, for this axis alone."""
-        self._set(k.SOURCE, voltage)
-        self._row[k.VOLTAGE] = voltage
-
-    # Faults.
-
-    def jam(self, on: bool) -> None:
-        """Block the horn, or free it."""
-        self._set(k.JAMMED, float(on))
-
-    def stick_encoder(self, on: bool) -> None:
-        """Let the encoder count no more, or count again."""
-        self._set(k.ENCODER_STUCK, float(on))
-
-    def set_friction(self, factor: float) -> None:
-        """Multiply the friction of the gears; 1 is as new."""
-        self._set(k.FRICTION_FACTOR, factor)
-
-    def _set(self, column: int, value: float) -> None:
-        self._row[column] = value
-        self._row[k.SETTLED] = 0.0
 
     def _enter(self, mode: int) -> None:
         row = self._row

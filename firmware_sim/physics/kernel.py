@@ -42,8 +42,21 @@ FULL_EFFORT = 0.9
 """Duty from which a horn that does not give way is overloaded; chosen. A lower cap of duty or
 current, as grippers have, never overloads ("Shutdown(63)": a load beyond the maximum output)."""
 
+HAND_LAG = 0.1
+"""Time in which a hand makes up for what its joint is off, s; chosen."""
+
+HAND_ACCELERATION = 10.0
+"""With which a hand begins to move, and ends, rad/s^2; chosen."""
+
+HAND_SLIP = 0.02
+"""By how much a joint must be slower than the hand for its full torque, rad/s; chosen."""
+
 # Modes of control.
 OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
+
+# How an axis is linked: it turns by itself; it is the base of all on its joint, or something from
+# outside holds it; its shaft turns with that of its base.
+FREE, LEADS, FOLLOWS = range(3)
 
 # Columns of `state`: what is sensed, ...
 (
@@ -134,8 +147,19 @@ OFF, DUTY, CURRENT, VELOCITY, POSITION, COMPLIANCE = range(6)
     LOWEST_VOLTAGE,  # V
     HIGHEST_VOLTAGE,
     ENCODER_SLACK,  # rad
+    # What else there is to its joint: other shafts, ...
+    LINK,
+    BASE,  # which axis its shaft turns with
+    GEAR,  # -1 where it turns the opposite way, else 1
+    STOP_LOW,  # ... what stops the horn, rad, ...
+    STOP_HIGH,
+    HAND_GOAL,  # ... and a person's hand: where it turns the horn, rad, ...
+    HAND_SPEED,  # how fast at most, rad/s,
+    HAND_TORQUE,  # with how much at most, N m; 0 for no hand,
+    HAND_RATE,  # how fast at present, rad/s,
+    HAND_GRIP,  # and how firmly, N m per rad/s of slip
     COLUMNS,
-) = range(83)
+) = range(93)
 
 # Columns of `supplies`: resistance of the source, sums over its axes, sag.
 SOURCE_RESISTANCE, _PULL, _CONDUCTANCE, SAG, SUPPLY_COLUMNS = range(5)
@@ -145,6 +169,9 @@ _NO_VOLTAGE = 1.0e-3
 
 SAME_DUTY = 1.0e-12
 """Change of a loop's output from step to step that counts as none."""
+
+_SAME_RATE = 1.0e-12
+"""Change of a hand's speed from step to step that counts as none, rad/s."""
 
 _SAME_VOLTAGE = 1.0e-9
 """Change of the supply that wakes no loop, V."""
@@ -353,10 +380,11 @@ def _sag(supplies: FloatArray) -> None:
 
 
 @compiled
-def _turn(x: FloatArray, torque: float, lag: float, kept: float) -> None:
+def _turn(
+    x: FloatArray, torque: float, friction: float, inertia: float, lag: float, kept: float
+) -> None:
     """Move a motor for one step under a torque, with the speed-dependent part in `lag`."""
-    friction = x[FRICTION] * x[FRICTION_FACTOR]
-    per_torque = lag / x[INERTIA]
+    per_torque = lag / inertia
     speed = x[MOTOR_SPEED]
     time = STEP
     way = 0.0
@@ -438,12 +466,112 @@ def _move(x: FloatArray) -> None:
     if x[JAMMED]:
         x[MOTOR_SPEED] = 0.0
     elif x[MODE] == OFF:
-        _turn(x, -x[LOAD], x[FREE_LAG], x[FREE_KEPT])
+        friction = x[FRICTION] * x[FRICTION_FACTOR]
+        _turn(x, -x[LOAD], friction, x[INERTIA], x[FREE_LAG], x[FREE_KEPT])
     else:
-        _turn(x, _standing_torque(x) - x[LOAD], x[DRIVEN_LAG], x[DRIVEN_KEPT])
+        friction = x[FRICTION] * x[FRICTION_FACTOR]
+        torque = _standing_torque(x) - x[LOAD]
+        _turn(x, torque, friction, x[INERTIA], x[DRIVEN_LAG], x[DRIVEN_KEPT])
     _carry_horn(x)
     _settle_accounts(x, (x[MOTOR_ANGLE] - before) / STEP)
     x[SETTLED] = stood and x[MOTOR_SPEED] == 0.0 and _is_steady(x)
+
+
+@compiled
+def _reach_out(x: FloatArray) -> bool:
+    """Leave in HAND_RATE and HAND_GRIP how a hand pulls; return whether that stays the same.
+
+    It pulls with grip times (rate - speed), which counts as damping, so that no step overshoots;
+    the grip is such that this is not above its torque.
+    """
+    wanted = (x[HAND_GOAL] - x[ANGLE]) / HAND_LAG
+    wanted = max(-x[HAND_SPEED], min(x[HAND_SPEED], wanted))
+    most = HAND_ACCELERATION * STEP
+    change = max(-most, min(most, wanted - x[HAND_RATE]))
+    x[HAND_RATE] += change
+    slip = abs(x[HAND_RATE] - x[MOTOR_SPEED])
+    x[HAND_GRIP] = x[HAND_TORQUE] / max(slip, HAND_SLIP)
+    return bool(abs(change) < _SAME_RATE)
+
+
+@compiled
+def _damping(x: FloatArray) -> float:
+    """Return what takes from a motor's torque with its speed, N m per rad/s."""
+    damping = x[DRAG]
+    if x[MODE] != OFF:
+        damping += x[TORQUE_CONSTANT] * x[BACK_EMF] / x[RESISTANCE]
+    return float(damping)
+
+
+@compiled
+def _on_joint(state: FloatArray, i: int, base: int) -> bool:
+    return i == base or (state[i, LINK] == FOLLOWS and state[i, BASE] == base)
+
+
+@compiled
+def _way_left(x: FloatArray) -> tuple[float, float]:
+    """Return how far a motor can turn before its horn is stopped: down, and up, rad."""
+    half = 0.5 * x[BACKLASH]
+    low = x[STOP_LOW] - half - x[MOTOR_ANGLE]
+    high = x[STOP_HIGH] + half - x[MOTOR_ANGLE]
+    return (low, high) if x[GEAR] > 0.0 else (-high, -low)
+
+
+@compiled
+def _move_joint(state: FloatArray, base: int) -> None:
+    """Advance all motors on one joint by one step, with what holds and stops them."""
+    torque = friction = inertia = damping = 0.0
+    low, high = -math.inf, math.inf
+    jammed, steady = False, True
+    for i in range(len(state)):
+        if not _on_joint(state, i, base):
+            continue
+        x = state[i]
+        own = -x[LOAD]
+        own_damping = _damping(x)
+        if x[MODE] != OFF:
+            own += _standing_torque(x)
+        if x[HAND_TORQUE] > 0.0:
+            steady &= _reach_out(x)
+            own += x[HAND_GRIP] * x[HAND_RATE]
+            own_damping += x[HAND_GRIP]
+        torque += x[GEAR] * own
+        damping += own_damping
+        friction += x[FRICTION] * x[FRICTION_FACTOR]
+        inertia += x[INERTIA]
+        jammed |= x[JAMMED] != 0.0
+        steady &= _is_steady(x)
+        down, up = _way_left(x)
+        low, high = max(low, down), min(high, up)
+    leader = state[base]
+    before = leader[MOTOR_ANGLE]
+    stood = leader[MOTOR_SPEED] == 0.0
+    if jammed:
+        leader[MOTOR_SPEED] = 0.0
+    else:
+        lag = inertia / damping
+        _turn(leader, torque, friction, inertia, lag, math.exp(-STEP / lag))
+    way = leader[MOTOR_ANGLE] - before
+    if not low <= way <= high:
+        way = max(low, min(high, way))
+        leader[MOTOR_SPEED] = 0.0
+    settled = stood and leader[MOTOR_SPEED] == 0.0 and steady
+    _carry_joint(state, base, before, way, settled)
+
+
+@compiled
+def _carry_joint(state: FloatArray, base: int, before: float, way: float, settled: bool) -> None:
+    """Let horns and heat of all motors on one joint follow its base, which was at `before`."""
+    speed = state[base, MOTOR_SPEED]
+    state[base, MOTOR_ANGLE] = before
+    for i in range(len(state)):
+        if _on_joint(state, i, base):
+            x = state[i]
+            x[MOTOR_ANGLE] += x[GEAR] * way
+            x[MOTOR_SPEED] = x[GEAR] * speed
+            _carry_horn(x)
+            _settle_accounts(x, x[GEAR] * way / STEP)
+            x[SETTLED] = settled
 
 
 @compiled
@@ -487,7 +615,7 @@ def drive(
     supplies : ndarray of float, shape (supplies, SUPPLY_COLUMNS)
         As for `control`.
     torques : ndarray of float, shape (axes,)
-        Gets the torque of each motor as long as it stands, N m.
+        Gets the torque of each motor as long as it stands, and of hands, N m.
     dampings : ndarray of float, shape (axes,)
         Gets what takes from it with the speed, back-EMF and drag of the gears, N m per rad/s.
         Friction is left to the mechanics: FRICTION times FRICTION_FACTOR.
@@ -498,9 +626,11 @@ def drive(
     for i in range(len(state)):
         x = state[i]
         torques[i] = _standing_torque(x)
-        dampings[i] = x[DRAG]
-        if x[MODE] != OFF:
-            dampings[i] += x[TORQUE_CONSTANT] * x[BACK_EMF] / x[RESISTANCE]
+        dampings[i] = _damping(x)
+        if x[HAND_TORQUE] > 0.0:
+            _reach_out(x)
+            torques[i] += x[HAND_GRIP] * x[HAND_RATE]
+            dampings[i] += x[HAND_GRIP]
 
 
 @compiled
@@ -585,7 +715,7 @@ def is_sound(state: FloatArray) -> bool:
 
 @compiled
 def advance(state: FloatArray, supplies: FloatArray, steps: int) -> None:
-    """Advance independent joints.
+    """Advance independent joints, each with all the axes that are coupled there.
 
     Parameters
     ----------
@@ -603,4 +733,7 @@ def advance(state: FloatArray, supplies: FloatArray, steps: int) -> None:
             return
         control(state, supplies)
         for i in range(len(state)):
-            _move(state[i])
+            if state[i, LINK] == FREE:
+                _move(state[i])
+            elif state[i, LINK] == LEADS:
+                _move_joint(state, i)

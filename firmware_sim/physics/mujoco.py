@@ -10,7 +10,7 @@ motor and the joint; MuJoCo's ends of a joint's range give way by some milliradi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from firmware_sim.errors import PlantError
 from firmware_sim.physics import kernel
 from firmware_sim.physics.arm_kernel import COLUMNS, load_joints, read_joints
 from firmware_sim.physics.arm_model import build_model, load_mujoco
+from firmware_sim.physics.arm_stops import Stops
 from firmware_sim.physics.axis import Axes
 from firmware_sim.physics.plant import SUPPLY_RESISTANCE, make_supplies
 
@@ -53,6 +54,8 @@ class MujocoPlant:
         Angle of each horn at its joint's zero, rad; 0 for all by default.
     supply_resistance : float or sequence of float
         Of each supply, ohm; one figure for a single supply.
+    outside : collection of str
+        Joints that the arm need not have: see `arm_model.build_model`.
 
     Raises
     ------
@@ -68,6 +71,7 @@ class MujocoPlant:
         directions: Sequence[int] | None = None,
         zeros: Sequence[float] | None = None,
         supply_resistance: float | Sequence[float] = SUPPLY_RESISTANCE,
+        outside: Collection[str] = (),
     ) -> None:
         self.axes = axes
         self._state = axes.state
@@ -75,9 +79,10 @@ class MujocoPlant:
             self._supplies = make_supplies(supply_resistance)
         else:
             self._supplies = make_supplies([supply_resistance])
-        arm = build_model(mjcf, joints, self._state[:, kernel.INERTIA].tolist())
+        arm = build_model(mjcf, joints, self._state[:, kernel.INERTIA].tolist(), outside)
         self._mj_step = load_mujoco().mj_step
         self._arm = arm
+        self._stops = Stops(arm)
         count = len(axes)
         self._mounts = np.array([directions or [1] * count, zeros or [0] * count], dtype=np.float64)
         self._drives = np.zeros((2, count))  # torques and dampings of the motors
@@ -105,6 +110,7 @@ class MujocoPlant:
         state = self._state
         if not np.array_equal(state[:, kernel.MOTOR_ANGLE], self._motion[0]):
             self._place()  # an axis was put elsewhere, as when a state is restored
+        self._stops.update(state, self._mounts)
         if not state[:, kernel.SETTLED].all():
             self._still_for = 0
         due = self._arm.data.time + 0.5 * kernel.STEP

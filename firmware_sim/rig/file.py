@@ -15,6 +15,15 @@
     backlash = 0.25       # degrees; none by default
     registers = { "Min Position Limit" = 1024 }
 
+    [[servo]]             # a second one on the joint of the first: see `rig.shadows`
+    id = 2
+    model = "xm430-w350"
+    shadow_of = 1
+    direction = -1
+
+    [gripper]             # optional; a joint that the bodies need not have, "gripper" by default
+    name = "gripper"
+
 Other tables are left to whom they concern: an arm's description is a rig file too.
 """
 
@@ -29,8 +38,9 @@ from typing import Any
 
 from firmware_sim.errors import RigError
 from firmware_sim.files import read_capped
-from firmware_sim.rig.settings import Rig, ServoSettings, Supply
-from firmware_sim.rig.table import read_number, read_table
+from firmware_sim.rig.settings import GRIPPER, Rig, ServoSettings, Supply
+from firmware_sim.rig.shadows import join_shadows
+from firmware_sim.rig.table import START_FIELDS, read_number, read_table
 
 FACTORY: Mapping[str, int] = MappingProxyType({})
 """What a rig file means where it does not say: servos as the factory sets them."""
@@ -39,6 +49,9 @@ SET_UP: Mapping[str, int] = MappingProxyType({"baud": 1_000_000, "return_delay_u
 """How an arm's set-up leaves its servos: what a description means where it does not say."""
 
 _TABLES = ("supply", "plant", "servo")
+_OTHERS = ("plane",)
+"""Tables of arms' descriptions that only look like a slip."""
+
 _CLOSE = 0.75
 """How like one of them a name is that is taken for a slip: servos, Supply, plants."""
 
@@ -74,8 +87,15 @@ def read_rig(path: Path, defaults: Mapping[str, int] = FACTORY) -> Rig:
         raise RigError(f"{file} has no [[servo]] table", file, 0, "servo")
     servos = [read_table(table, defaults, file, number) for number, table in enumerate(tables, 1)]
     _check_ids(servos, file)
+    placed = [any(field in table for field in START_FIELDS) for table in tables]
+    servos = join_shadows(servos, placed, file)
     try:
-        return Rig(servos, _read_supply(document), _read_bodies(document, path.parent))
+        return Rig(
+            servos,
+            _read_supply(document),
+            _read_bodies(document, path.parent),
+            _read_gripper(document),
+        )
     except RigError as error:
         raise RigError(f"{file}: {error}", file, 0, error.field) from None
 
@@ -84,7 +104,7 @@ def _refuse_slips(document: Mapping[str, Any], file: str) -> None:
     """Refuse tables whose names are nearly those of a rig file's."""
     for name in document:
         meant = get_close_matches(name.lower(), _TABLES, 1, _CLOSE)
-        if meant and name not in _TABLES:
+        if meant and name not in (*_TABLES, *_OTHERS):
             raise RigError(f"{file}: unknown table {name!r}; did you mean {meant[0]}?", file)
 
 
@@ -154,3 +174,10 @@ def _read_bodies(document: Mapping[str, Any], folder: Path) -> str | None:
     if "file" in section:
         return _read_text(folder / section["file"])
     return section.get("mjcf")
+
+
+def _read_gripper(document: Mapping[str, Any]) -> str:
+    """Return what the servos of the gripper name as their joint."""
+    section = document.get("gripper")
+    name = section.get("name") if isinstance(section, dict) else None
+    return name if isinstance(name, str) and name else GRIPPER

@@ -15,18 +15,22 @@ from firmware_sim.tables import find_model
 from firmware_sim.wire.line import same_rate
 
 _FACTORY: Mapping[str, int] = MappingProxyType({})
+GRIPPER = "gripper"
+"""What servos name as their joint that move fingers, where no file says otherwise."""
+
 _RATES_SHOWN = 12
 """Of a model that has far more, most of which are of no use to anybody."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mount:
-    """How a servo sits on an arm whose bodies are simulated.
+    """How a servo sits on its joint.
 
     Parameters
     ----------
     joint : str
-        The joint's name in the arm's MJCF.
+        The joint's name, in the arm's MJCF if its bodies are simulated; servos that name one joint
+        share it. Empty for a joint without a name.
     direction : int
         1 where the horn's positive direction is the joint's, -1 where it is the other.
     zero_tick : int
@@ -56,6 +60,8 @@ class ServoSettings:
         EEPROM registers that differ from the factory's, by name; the ID is not among them.
     mount : Mount or None
         Where it sits on an arm, if a file says so.
+    shadow_of : int or None
+        ID of the servo whose joint it moves too, and whose goals it follows.
     """
 
     model: ServoModel
@@ -64,6 +70,7 @@ class ServoSettings:
     supply_voltage: float | None = None
     registers: Mapping[str, int] = field(default_factory=lambda: _FACTORY)
     mount: Mount | None = None
+    shadow_of: int | None = None
 
     @property
     def name(self) -> str:
@@ -104,11 +111,14 @@ class Rig:
         What feeds them.
     mjcf : str or None
         The arm's bodies as MuJoCo's XML, if a file has them.
+    gripper : str
+        What servos name as their joint that move fingers; the bodies need not have it.
     """
 
     servos: Sequence[ServoSettings]
     supply: Supply = field(default_factory=Supply)
     mjcf: str | None = None
+    gripper: str = GRIPPER
 
 
 def highest_tick(model: ServoModel) -> int:

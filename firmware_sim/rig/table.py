@@ -23,6 +23,7 @@ from firmware_sim.tables import find_model
 
 _INTEGER_RANGES = {
     "id": (0, MAX_ID),
+    "shadow_of": (0, MAX_ID),
     "firmware": (0, 255),
     "protocol": (1, 2),
     "rest_tick": (0, 4095),
@@ -36,6 +37,12 @@ _INTEGER_RANGES = {
 
 SERVO_FIELDS = ("model", "joint", "supply_voltage", "backlash", "registers", *_INTEGER_RANGES)
 """Every field that a ``[[servo]]`` table may have; ``id`` and ``model`` it must have."""
+
+START_FIELDS = ("start_tick", "rest_tick")
+"""Fields that say where a servo lies at the start; the first that is there counts."""
+
+SECONDARY_ID = "Secondary(Shadow) ID"
+"""The register by which a servo obeys another's ID; X and MX 2.0 have it."""
 
 _Table = Mapping[str, Any]
 
@@ -110,18 +117,19 @@ def _settings(table: _Table) -> ServoSettings:
         table["id"],
         start_tick=_start_tick(table, model),
         supply_voltage=read_number(table, "supply_voltage", 0.1, 100.0, "volts"),
-        mount=_mount(table),
+        mount=_mount(table, model),
+        shadow_of=table.get("shadow_of"),
     )
     if "protocol" in table:
         settings = with_protocol(settings, table["protocol"])
     if "baud" in table:
         settings = with_baud_rate(settings, table["baud"])
-    settings = with_settings(settings, _named_registers(table))
+    settings = with_settings(settings, _named_registers(table, settings.model))
     return with_settings(settings, table.get("registers", {}))
 
 
 def _start_tick(table: _Table, model: ServoModel) -> int:
-    for field in ("start_tick", "rest_tick"):
+    for field in START_FIELDS:
         if field in table:
             if table[field] > highest_tick(model):
                 raise RigError(
@@ -132,9 +140,11 @@ def _start_tick(table: _Table, model: ServoModel) -> int:
     return centre_tick(model)
 
 
-def _named_registers(table: _Table) -> dict[str, int]:
+def _named_registers(table: _Table, model: ServoModel) -> dict[str, int]:
     """Return the registers that have a field of their own."""
     registers = {}
+    if "shadow_of" in table and SECONDARY_ID in model.table.by_name:
+        registers[SECONDARY_ID] = table["shadow_of"]
     if "return_delay_us" in table:
         if table["return_delay_us"] % 2:
             raise RigError("return_delay_us is not a multiple of 2 us", field="return_delay_us")
@@ -144,13 +154,13 @@ def _named_registers(table: _Table) -> dict[str, int]:
     return registers
 
 
-def _mount(table: _Table) -> Mount | None:
-    if "joint" not in table:
+def _mount(table: _Table, model: ServoModel) -> Mount | None:
+    if "joint" not in table and "shadow_of" not in table:
         return None
     direction = table.get("direction", 1)
     if not direction:
         raise RigError("direction = 0 is neither 1 nor -1", field="direction")
-    return Mount(table["joint"], direction, table.get("zero_tick", 2048))
+    return Mount(table.get("joint", ""), direction, table.get("zero_tick", centre_tick(model)))
 
 
 def read_number(table: _Table, field: str, low: float, high: float, unit: str) -> float | None:
