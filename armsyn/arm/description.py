@@ -49,9 +49,12 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
     joint : tuple of JointDescription
         From base to tip.
     tip : TipDescription
-    landmarks : dict of str to str
-        Landmark (shoulder, elbow, wrist, hand) to the joint at whose frame it lies, or ``tip``;
-        the hand last.
+    anatomy : dict of str to str
+        The table ``[landmarks]``: landmark (shoulder, elbow, wrist, hand) to the joint at whose
+        frame it lies, or ``tip``; the hand last.
+    follows : {"landmarks", "hand"}
+        What of a captured person the arm follows: all those landmarks, if it is built like a
+        person's; or, like an arm on a table, which cannot hang, the hand's path only.
     servo : tuple of ServoDescription
         One a joint, in the joints' order, its shadows and the gripper's anywhere between; empty
         for an arm that exists as a model only.
@@ -70,9 +73,10 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
     title: str
     joint: tuple[JointDescription, ...]
     tip: TipDescription
-    landmarks: dict[str, str]
+    anatomy: dict[str, str] = msgspec.field(name="landmarks")
     servo: tuple[ServoDescription, ...] = ()
     gripper: GripperDescription | None = None
+    follows: Literal["landmarks", "hand"] = "landmarks"
     facing: float = 0.0
     gravity: Triple = (0.0, 0.0, -STANDARD_GRAVITY)
     base_shape: tuple[CapsuleDescription, ...] = ()
@@ -153,6 +157,11 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
     def solids(self) -> Solids:
         """What the arm and its surroundings fill; InputError when they touch at rest."""
         return Solids(self)
+
+    @property
+    def landmarks(self) -> dict[str, str]:
+        """The landmarks that follow a person's, and the joints at whose frames they lie."""
+        return self.anatomy if self.follows == "landmarks" else dict([*self.anatomy.items()][-1:])
 
     @cached_property
     def landmark_frames(self) -> tuple[int, ...]:
@@ -286,10 +295,10 @@ def _check(arm: ArmDescription) -> None:
         if joint.link is not None and joint.link.inertia is not None:
             _check_link(joint.name, joint.link.inertia)
     frames = {*arm.joint_names, TIP}
-    for landmark, frame in arm.landmarks.items():
+    for landmark, frame in arm.anatomy.items():
         if frame not in frames:
             raise InputError(f"landmark {landmark}: {frame!r} is neither a joint nor {TIP!r}")
-    if not arm.landmarks or list(arm.landmarks.values())[-1] != TIP:
+    if not arm.anatomy or list(arm.anatomy.values())[-1] != TIP:
         raise InputError(f"landmarks: the last one is the hand and must be {TIP!r}")
     check_shapes(arm)
     if arm.servo:

@@ -77,7 +77,7 @@ def test_the_arms_of_the_house(name: str) -> None:
     assert (arm.rest <= arm.chain.upper).all()
     assert len(arm.landmark_frames) == len(arm.landmarks)
     if arm.servo:
-        ticks = [servo.rest_tick for servo in arm.servo]
+        ticks = [servo.rest_tick for servo in arm.leaders]
         assert arm.calibration.to_radians(ticks) == pytest.approx(arm.rest, abs=2.4e-3)
 
 
@@ -90,6 +90,14 @@ def test_what_is_read(tmp_path: Path) -> None:
     assert arm.landmark_frames == (1, 2)
     assert arm.chain.forward([0.0, 0.0]).tip == pytest.approx([0.3, 0.0, 0.0])
     assert np.array_equal(arm.max_velocity, [2.0, 2.0])
+
+
+def test_an_arm_may_follow_the_hand_only() -> None:
+    hand = parse_arm(ARM.replace("[landmarks]", 'follows = "hand"\n[landmarks]'), "two.toml")
+    assert hand.anatomy == {"elbow": "b", "hand": "tip"}
+    assert (hand.landmarks, hand.landmark_frames) == ({"hand": "tip"}, (2,))
+    both = parse_arm(ARM, "two.toml")
+    assert both.landmarks == both.anatomy == hand.anatomy
 
 
 SPOILED = {

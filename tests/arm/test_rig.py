@@ -29,7 +29,14 @@ def changed(arm: ArmDescription, index: int, **fields: object) -> ArmDescription
 
 
 def test_every_arm_with_servos_has_masses() -> None:
-    assert set(ARMS) == {"human7", "koch", "openmanipulator_x"}
+    assert set(ARMS) == {
+        "human7",
+        "koch",
+        "openmanipulator_x",
+        "reachy_right",
+        "viperx_300s",
+        "widowx_250s",
+    }
     for name in ARMS:
         assert all(joint.link is not None for joint in load_arm(name, CALIBRATION).joint)
 

@@ -35,7 +35,7 @@ def test_the_list_as_json(call: Call, calibration: Path) -> None:
         "file": str(calibration / "koch.toml"),
         "title": "Koch v1.1, 5 joints",
         "joints": 5,
-        "servos": 5,
+        "servos": 6,
         "masses": True,
     }
     assert "broken.toml" in arms["broken"]["error"]
@@ -52,7 +52,7 @@ def test_the_rig_file(call: Call, calibration: Path, tmp_path: Path) -> None:
     said = call("arms", "rig", "koch", "--out", out, "--calibration", calibration)
     assert (said.status, said.out, said.err) == (0, "", f"wrote {out}\n")
     document = tomllib.loads(out.read_text())
-    assert [servo["id"] for servo in document["servo"]] == [1, 2, 3, 4, 5]
+    assert [servo["id"] for servo in document["servo"]] == [1, 2, 3, 4, 5, 6]
     assert "<mujoco" in document["plant"]["mjcf"]
     printed = call("arms", "--calibration", calibration, "rig", "koch")
     assert (printed.status, printed.err) == (0, "")
