@@ -57,7 +57,8 @@ def prepare(arm: ArmDescription, capture: Capture, rate_hz: float) -> Training:
     """Put a capture on an arm.
 
     An arm with the capture's landmarks gets them rebuilt on its own link lengths along their
-    captured directions, so that another body's size is no error of the motion. An arm that
+    captured directions, from where its own first landmark is at rest, so that another body's size
+    and place are no error of the motion. An arm that
     names only its hand gets the hand's path, turned to where the arm faces, starting (a return:
     ending) where its own hand rests, scaled by half the ratio of reaches: a person's hand rests
     an arm's length below the shoulder and goes up from there, an arm on a table has half of that.
@@ -95,7 +96,7 @@ def prepare(arm: ArmDescription, capture: Capture, rate_hz: float) -> Training:
     if len(arm.landmarks) == 1:
         landmarks = _scaled_hand(arm, capture.kind, captured)
     else:
-        landmarks = rebuild_segments(captured, segment_lengths(arm))
+        landmarks = rebuild_segments(captured, segment_lengths(arm)) + _first_landmark(arm)
     fit = fit_posture(arm.chain, arm.landmark_frames, landmarks[0], arm.rest)
     if fit.residual > START_TOLERANCE_M:
         raise CaptureError(
@@ -119,6 +120,11 @@ def _scaled_hand(arm: ArmDescription, kind: str, landmarks: FloatArray) -> Float
     hand = landmarks[:, -1] @ from_expmap([0.0, 0.0, arm.facing]).T * scale
     at_rest = hand[0] if kind == "reach" else hand[-1]
     return np.asarray((hand - at_rest + arm.chain.forward(arm.rest).tip)[:, None])
+
+
+def _first_landmark(arm: ArmDescription) -> FloatArray:
+    """Where it is at rest, shape (3,), m: captured shoulders are the origin."""
+    return np.asarray(arm.chain.forward(arm.rest).positions[arm.landmark_frames[0]])
 
 
 def segment_lengths(arm: ArmDescription) -> FloatArray:

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -57,6 +58,16 @@ def test_another_bodys_size_is_no_error(human7: ArmDescription, played: Capture)
     same = prepare(human7, changed(played, other), 120.0)
     np.testing.assert_allclose(same.landmarks, own.landmarks, atol=1e-9)
     np.testing.assert_allclose(same.start, own.start, atol=1e-6)
+
+
+def test_another_place_of_the_shoulder_is_no_error(human7: ArmDescription, played: Capture) -> None:
+    """An arm whose base is not at its shoulder follows the same motion, moved there."""
+    place = np.array([0.05, -0.19, 0.8])
+    first = msgspec.structs.replace(human7.joint[0], xyz=tuple(place.tolist()))
+    moved = msgspec.structs.replace(human7, joint=(first, *human7.joint[1:]))
+    own, there = prepare(human7, played, 120.0), prepare(moved, played, 120.0)
+    np.testing.assert_allclose(there.landmarks, own.landmarks + place, atol=1e-9)
+    np.testing.assert_allclose(there.start, own.start, atol=1e-6)
 
 
 def test_it_is_brought_to_the_rate_from_its_own_first_stamp(
