@@ -8,7 +8,10 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from armsyn.arm import ArmDescription
+from armsyn.arm.rig import build_rig
 from armsyn.errors import PortError, PortLostError
 
 _START_S = 60.0
@@ -45,10 +48,32 @@ def simulated_arm(description: Path) -> Iterator[str]:
     PortLostError
         When it ends by itself while in use; the message says how.
     """
-    command = [sys.executable, "-m", "firmware_sim", "--arm", description.stem]
-    command += ["--calibration", str(description.parent), "--exit-with-stdin"]
+    yield from _simulated("--arm", description.stem, "--calibration", str(description.parent))
+
+
+@contextmanager
+def simulated_bodies(arm: ArmDescription) -> Iterator[str]:
+    """Run ``firmware_sim`` with an arm's bodies under gravity; as `simulated_arm`, which see.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+        Every joint with its link.
+
+    Raises
+    ------
+    InputError
+        A joint without mass.
+    """
+    with TemporaryDirectory(prefix="armsyn-") as folder:
+        rig = Path(folder) / f"{arm.name}.rig.toml"
+        rig.write_text(build_rig(arm), encoding="utf-8")
+        yield from _simulated("--rig", str(rig), "--plant", "mujoco")
+
+
+def _simulated(*arguments: str) -> Iterator[str]:
     process = subprocess.Popen(
-        command,
+        [sys.executable, "-m", "firmware_sim", *arguments, "--exit-with-stdin"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

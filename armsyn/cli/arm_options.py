@@ -1,0 +1,130 @@
+"""The options that commands for an arm share, and the port that they lead to.
+
+A real arm is named by ``--port`` and ``--arm``. Without a port a simulated one is started, and the
+first line says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from armsyn.arm import ArmDescription
+
+DEFAULT_ARM = "human7"
+PLANTS = ("joints", "mujoco")
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Connection:
+    """An arm and the port it is on.
+
+    Attributes
+    ----------
+    arm : ArmDescription
+    port : str
+    simulated : bool
+    """
+
+    arm: ArmDescription
+    port: str
+    simulated: bool
+
+
+arm_option = click.option(
+    "--arm", "arm_name", metavar="NAME", help=f"[default: {DEFAULT_ARM}, simulated]"
+)
+port_option = click.option(
+    "--port", metavar="PATH", help="Serial port of a real arm; without it, simulated."
+)
+calibration_option = click.option(
+    "--calibration",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="The only folder to look for the arm's files in.",
+)
+plant_option = click.option(
+    "--plant",
+    type=click.Choice(PLANTS),
+    help="Of a simulated arm: independent joints, or its bodies under gravity (needs MuJoCo)."
+    "  [default: joints]",
+)
+json_option = click.option(
+    "--json", "as_json", is_flag=True, help="One JSON document on standard output."
+)
+
+
+def arm_options(command: Command) -> Command:
+    """Give a command ``--port``, ``--arm``, ``--calibration``, ``--plant`` and ``--json``."""
+    for option in (json_option, plant_option, calibration_option, arm_option, port_option):
+        command = option(command)
+    return command
+
+
+@contextmanager
+def connected(options: dict[str, Any]) -> Iterator[Connection]:
+    """Load the arm, and start a simulated one if no port is given; the first line says which.
+
+    Parameters
+    ----------
+    options : dict
+        ``port``, ``arm_name``, ``calibration``, ``plant`` and ``as_json``, as `arm_options` gives.
+
+    Yields
+    ------
+    Connection
+        The port is not opened yet, and ends with the block if it is a simulated arm's.
+
+    Raises
+    ------
+    InputError
+        A port without an arm, or with a plant.
+    DescriptionError
+        No such arm, or none that has servos.
+    PortError, PortLostError
+        Of a simulator that does not start, or ends by itself.
+    """
+    from armsyn.arm import load_arm
+    from armsyn.errors import DescriptionError, InputError
+
+    port = options["port"]
+    if port and not options["arm_name"]:
+        raise InputError("--port needs --arm: which arm is connected there?")
+    if port and options["plant"]:
+        raise InputError("--plant is of simulated arms: leave out --port, or --plant")
+    arm = load_arm(options["arm_name"] or DEFAULT_ARM, options["calibration"])
+    if not arm.servo:
+        raise DescriptionError(f"{arm.name} has no servos: it is a model only")
+    if port:
+        _say(f"{arm.name} on {port}", options)
+        yield Connection(arm, port, simulated=False)
+        return
+    with started(arm, options["calibration"], options["plant"]) as simulated:
+        bodies = " under gravity" if options["plant"] == "mujoco" else ""
+        where = f"simulated {arm.name}{bodies} on {simulated} (firmware_sim; no hardware moves)"
+        _say(where, options)
+        yield Connection(arm, simulated, simulated=True)
+
+
+def started(
+    arm: ArmDescription, calibration: Path | None, plant: str | None
+) -> AbstractContextManager[str]:
+    """Start a simulated arm with one of the `PLANTS`: a context manager that yields its port."""
+    from armsyn.arm import find_file
+    from armsyn.cli.simulator import simulated_arm, simulated_bodies
+
+    if plant == "mujoco":
+        return simulated_bodies(arm)
+    return simulated_arm(find_file(arm.name, ".toml", calibration))
+
+
+def _say(where: str, options: dict[str, Any]) -> None:
+    click.echo(where, err=options["as_json"])
