@@ -1,72 +1,103 @@
-"""What the servos on the bus are and how they are set up, read and judged before torque."""
+"""What the servos on the bus are and how they are set up, as read before torque."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from armsyn.arm import ArmDescription
+from armsyn.arm import ServoDescription
 from armsyn.driver import registers as reg
-from armsyn.driver.models import model_name, servo_model
-from armsyn.driver.transactions import Bus
+from armsyn.driver.models import model_name
+from armsyn.driver.plans import ReadPlan
+from armsyn.driver.servos import ServoGroup, title_of
 from armsyn.errors import (
     BusTimeoutError,
-    HardwareFaultError,
     ServoMismatchError,
     ServoMissingError,
 )
 
-LARGEST_HOMING_OFFSET = 1024
-"""Ticks; position mode ignores a homing offset beyond (e-Manual, Homing Offset)."""
+PROFILES = ("Profile Velocity", "Profile Acceleration", "Moving Speed", "Goal Acceleration")
+"""Registers that shape a servo's way to its goal, velocities first: they bound accelerations."""
+
+_ATTEMPTS = 3
 
 
 @dataclass(frozen=True)
 class ServoFacts:
     """One servo as it was found. Values are in the registers' own units.
 
+    What its family does not have reads as what means the same: no offset, no mode of driving.
+
     Attributes
     ----------
-    servo_id : int
-    joint, model : str
-        From the description.
+    servo : ServoDescription
+        What it should be.
+    firmware : int or None
+        Version; None where nobody has asked.
     return_delay : float
         s.
     drive_mode, operating_mode, homing_offset, minimum_position, maximum_position : int
+        Operating Mode in the X series' numbers, whatever the family.
+    secondary_id : int
+        Whose writes it hears too; 253 and more for nobody's.
     torque_enabled : bool
-    hardware_error, bus_watchdog : int
-    profile_velocity, profile_acceleration : int
+    hardware_error : int
+        Hardware Error Status, in the bits of the X series; of the status byte in protocol 1.0.
+    bus_watchdog : int or None
+        None for a servo that has none.
+    velocity_limit : int or None
+        Greatest value of Profile Velocity.
+    torque_limit : int or None
+        Torque Limit; 0 after a shutdown. None where there is none.
+    profiles : mapping of str to int
+        Those of `PROFILES` that it has.
     goal_position, present_position : int
     """
 
-    servo_id: int
-    joint: str
-    model: str
+    servo: ServoDescription
+    firmware: int | None
     return_delay: float
     drive_mode: int
     operating_mode: int
     homing_offset: int
     minimum_position: int
     maximum_position: int
+    secondary_id: int
     torque_enabled: bool
     hardware_error: int
-    bus_watchdog: int
-    profile_velocity: int
-    profile_acceleration: int
+    bus_watchdog: int | None
+    velocity_limit: int | None
+    torque_limit: int | None
+    profiles: Mapping[str, int]
     goal_position: int
     present_position: int
 
     @property
+    def servo_id(self) -> int:
+        """On the bus."""
+        return self.servo.id
+
+    @property
+    def joint(self) -> str:
+        """That it moves."""
+        return self.servo.joint
+
+    @property
     def title(self) -> str:
         """Name for messages."""
-        return f"servo {self.servo_id} ({self.joint})"
+        return title_of(self.servo)
 
 
-def check_models(bus: Bus, arm: ArmDescription) -> None:
-    """Make sure that every servo of the description answers and is the model it should be.
+def check_models(group: ServoGroup, arm: str) -> None:
+    """Make sure that every servo answers and is the model it should be.
+
+    The group knows the servos' firmware from then on.
 
     Parameters
     ----------
-    bus : Bus
-    arm : ArmDescription
+    group : ServoGroup
+    arm : str
+        Its name.
 
     Raises
     ------
@@ -75,46 +106,52 @@ def check_models(bus: Bus, arm: ArmDescription) -> None:
     ServoMismatchError
         Another model.
     """
-    numbers: dict[int, int] = {}
-    for servo in arm.servo:
+    bus, numbers = group.bus, {}
+    for servo_id in group.ids:
         try:
-            numbers[servo.id], _ = bus.ping(servo.id)
+            numbers[servo_id], group.firmware[servo_id] = bus.ping(servo_id)
         except BusTimeoutError:
             continue
-    missing = [servo for servo in arm.servo if servo.id not in numbers]
+    missing = [servo for servo in group.servos if servo.id not in numbers]
     if missing:
         named = ", ".join(f"{servo.id} ({servo.joint})" for servo in missing)
         raise ServoMissingError(
-            f"no answer from servo {named} of {arm.name} on {bus.port_name} at {bus.baudrate}"
-            f" baud (answering: {_answering(bus)}): check power, cable, ID and baud rate",
+            f"no answer from servo {named} of {arm} on {bus.port_name} at {bus.baudrate}"
+            f" baud (answering: {_answering(group)}): check power, cable, ID and baud rate"
+            " (armsyn scan looks at all of them)",
             tuple(servo.id for servo in missing),
         )
-    for servo in arm.servo:
-        if numbers[servo.id] != servo_model(servo.model, servo.protocol).number:
+    for servo in group.servos:
+        if numbers[servo.id] != group.models[servo.id].number:
             raise ServoMismatchError(
-                f"servo {servo.id} ({servo.joint}) on {bus.port_name} is a"
-                f" {model_name(numbers[servo.id])}, {arm.name} has a {servo.model} there:"
+                f"{group.title(servo.id)} on {bus.port_name} is a"
+                f" {model_name(numbers[servo.id])}, {arm} has a {servo.model} there:"
                 " check the ID or the description"
             )
 
 
-def _answering(bus: Bus) -> str:
-    found = bus.broadcast_ping()
-    return ", ".join(f"{i} ({model_name(number)})" for i, number in found.items()) or "none"
+def _answering(group: ServoGroup) -> str:
+    bus = group.bus
+    found = bus.broadcast_ping() if 2 in bus.protocols.values() else {}
+    found |= {
+        servo.id: group.models[servo.id].number
+        for servo in group.servos
+        if servo.protocol == 1 and servo.id in group.firmware
+    }
+    return ", ".join(f"{i} ({model_name(number)})" for i, number in sorted(found.items())) or "none"
 
 
-def read_facts(bus: Bus, arm: ArmDescription) -> tuple[ServoFacts, ...]:
-    """Read how the servos are set up; they keep their return delays in mind from then on.
+def read_facts(group: ServoGroup) -> tuple[ServoFacts, ...]:
+    """Read how the servos are set up; the bus keeps their return delays in mind from then on.
 
     Parameters
     ----------
-    bus : Bus
-    arm : ArmDescription
+    group : ServoGroup
 
     Returns
     -------
     tuple of ServoFacts
-        In the joints' order.
+        In the group's order.
 
     Raises
     ------
@@ -123,128 +160,97 @@ def read_facts(bus: Bus, arm: ArmDescription) -> tuple[ServoFacts, ...]:
     BusError, PortLostError
         As the bus.
     """
-    ids = tuple(servo.id for servo in arm.servo)
-    rows = {
-        "return_delay": reg.RETURN_DELAY_TIME,
-        "drive_mode": reg.DRIVE_MODE,
-        "operating_mode": reg.OPERATING_MODE,
-        "homing_offset": reg.HOMING_OFFSET,
-        "minimum_position": reg.MIN_POSITION_LIMIT,
-        "maximum_position": reg.MAX_POSITION_LIMIT,
-        "torque_enabled": reg.TORQUE_ENABLE,
-        "hardware_error": reg.HARDWARE_ERROR_STATUS,
-        "bus_watchdog": reg.BUS_WATCHDOG,
-        "profile_velocity": reg.PROFILE_VELOCITY,
-        "profile_acceleration": reg.PROFILE_ACCELERATION,
-        "goal_position": reg.GOAL_POSITION,
-        "present_position": reg.PRESENT_POSITION,
-    }
+    names = (
+        "Return Delay Time",
+        "Drive Mode",
+        "Operating Mode",
+        "Homing Offset",
+        "Min Position Limit",
+        "Max Position Limit",
+        "Secondary ID",
+        "Torque Enable",
+        "Hardware Error Status",
+        "Bus Watchdog",
+        "Velocity Limit",
+        "Torque Limit",
+        *PROFILES,
+        "Goal Position",
+        "Present Position",
+    )
     try:
-        values = {field: bus.read_all(register, ids) for field, register in rows.items()}
+        delays = group.read(names[0])
+        group.bus.return_delays.update(
+            {i: value * reg.RETURN_DELAY_UNIT for i, value in delays.items()}
+        )
+        values = {name: group.read(name) for name in names[1:]}
     except BusTimeoutError as error:
+        address = group.models[error.servo_ids[0]].layout["Status Return Level"].address
         raise ServoMismatchError(
-            f"servos {error.servo_ids} on {bus.port_name} answer a ping but not a read: their"
-            " Status Return Level (register 68) may be 0, it must be 1 or 2"
+            f"servos {error.servo_ids} on {group.bus.port_name} answer a ping but not a read: their"
+            f" Status Return Level (register {address}) may be 0, it must be 1 or 2"
         ) from error
-    facts = []
-    for servo in arm.servo:
-        row: dict[str, int] = {field: read[servo.id] for field, read in values.items()}
-        delay, torque = row.pop("return_delay"), row.pop("torque_enabled")
-        bus.return_delays[servo.id] = delay * reg.RETURN_DELAY_UNIT
-        facts.append(
-            ServoFacts(
-                servo_id=servo.id,
-                joint=servo.joint,
-                model=servo.model,
-                return_delay=delay * reg.RETURN_DELAY_UNIT,
-                torque_enabled=bool(torque),
-                **row,
-            )
-        )
-    return tuple(facts)
+    values["Hardware Error Status"] |= _status_errors(group)
+    return tuple(_facts(group, servo, values) for servo in group.servos)
 
 
-def check_facts(facts: tuple[ServoFacts, ...], arm: ArmDescription) -> None:
-    """Refuse servos that must not be given torque as they are.
+def _status_errors(group: ServoGroup) -> dict[int, int]:
+    """What the status bytes of servos say that have no Hardware Error Status."""
+    found = {}
+    for servo in group.servos:
+        layout = group.models[servo.id].layout
+        if "Hardware Error Status" in layout:
+            continue
+        torque = layout["Torque Enable"]
+        plan = ReadPlan("single", servo.protocol, torque.address, torque.size, (servo.id,))
+        for _ in range(_ATTEMPTS):
+            reply = group.bus.exchange(b"", (plan,), group.bus.margin).get(servo.id)
+            if reply is not None:
+                found[servo.id] = reply.hardware_error or 0
+                break
+        else:
+            raise BusTimeoutError(f"no answer from {group.title(servo.id)}", (servo.id,))
+    return found
 
-    Of Drive Mode, bit 0 (reverse) must be as described, bits 1 (dual-joint slave) and 3 (torque
-    on by a goal) must be clear. Bit 2 (time-based profile) may differ from the description: it
-    only says what the profile registers mean, and they are 0 (no profile) while goals stream.
 
-    Parameters
-    ----------
-    facts : tuple of ServoFacts
-        In the order of the description's servos.
-    arm : ArmDescription
+def _facts(
+    group: ServoGroup, servo: ServoDescription, values: Mapping[str, Mapping[int, int]]
+) -> ServoFacts:
+    layout = group.models[servo.id].layout
+    own = {name: read[servo.id] for name, read in values.items() if servo.id in read}
+    return ServoFacts(
+        servo=servo,
+        firmware=group.firmware.get(servo.id),
+        return_delay=group.bus.return_delays[servo.id],
+        drive_mode=own.get("Drive Mode", 0),
+        operating_mode=_operating_mode(layout, own),
+        homing_offset=own.get("Homing Offset", 0),
+        minimum_position=own["Min Position Limit"],
+        maximum_position=own["Max Position Limit"],
+        secondary_id=own.get("Secondary ID", reg.NO_SECONDARY_ID),
+        torque_enabled=bool(own["Torque Enable"]),
+        hardware_error=layout.hardware_error(own["Hardware Error Status"]),
+        bus_watchdog=own.get("Bus Watchdog"),
+        velocity_limit=own.get("Velocity Limit"),
+        torque_limit=own.get("Torque Limit"),
+        profiles={name: own[name] for name in PROFILES if name in own},
+        goal_position=own["Goal Position"],
+        present_position=own["Present Position"],
+    )
 
-    Raises
-    ------
-    HardwareFaultError
-        A latched hardware error, or a bus watchdog that has expired or is about to.
-    ServoMismatchError
-        An operating mode, drive mode or homing offset that this driver cannot stream to, or
-        another direction than described.
+
+def _operating_mode(layout: reg.Layout, values: Mapping[str, int]) -> int:
+    """Operating mode in the X series' numbers.
+
+    AX and MX with Protocol 1.0 have no such register: limits that are both 0 make a wheel, an
+    MX's that are both 4095 count turns (e-Manual, MX-28, "CW/CCW Angle Limit(6, 8)").
     """
-    for servo, described in zip(facts, arm.servo, strict=True):
-        _check_setup(servo)
-        _check_drive_mode(servo, described.drive_mode)
-    for servo in facts:
-        _check_faults(servo)
-
-
-def _check_setup(servo: ServoFacts) -> None:
-    if servo.operating_mode not in (reg.POSITION_MODE, reg.EXTENDED_POSITION_MODE):
-        raise ServoMismatchError(
-            f"{servo.title} is in operating mode {servo.operating_mode}: write 3 (position) to"
-            " register 11 with its torque off"
-        )
-    in_position_mode = servo.operating_mode == reg.POSITION_MODE
-    if in_position_mode and abs(servo.homing_offset) > LARGEST_HOMING_OFFSET:
-        raise ServoMismatchError(
-            f"{servo.title} has a homing offset of {servo.homing_offset}, which position mode"
-            f" ignores: bring register 20 within +-{LARGEST_HOMING_OFFSET}"
-        )
-
-
-def _check_drive_mode(servo: ServoFacts, described: int) -> None:
-    if servo.drive_mode & reg.DRIVE_MODE_TORQUE_BY_GOAL:
-        raise ServoMismatchError(
-            f"{servo.title} switches its torque on by itself when it gets a goal: clear bit 3 of"
-            " register 10 (Drive Mode) with its torque off"
-        )
-    if servo.drive_mode & reg.DRIVE_MODE_SLAVE:
-        raise ServoMismatchError(
-            f"{servo.title} is the slave of a dual joint and does not follow its own goals: clear"
-            " bit 1 of register 10 (Drive Mode) with its torque off"
-        )
-    if (servo.drive_mode ^ described) & reg.DRIVE_MODE_REVERSE:
-        raise ServoMismatchError(
-            f"{servo.title} counts positions the other way round than described (bit 0 of register"
-            f" 10, Drive Mode, reads {servo.drive_mode & reg.DRIVE_MODE_REVERSE}): set it with the"
-            " torque off, or correct drive_mode, direction and zero_tick in the description"
-        )
-
-
-def _check_faults(servo: ServoFacts) -> None:
-    if servo.hardware_error:
-        raise HardwareFaultError(
-            f"{servo.title} reports a hardware error:"
-            f" {reg.hardware_error_names(servo.hardware_error)}"
-            "; see to the cause, support the arm, then reboot the servo (its torque drops)",
-            servo.servo_id,
-        )
-    if servo.bus_watchdog > 0 and servo.torque_enabled:
-        raise HardwareFaultError(
-            f"{servo.title} holds with its bus watchdog armed (register 98 reads"
-            f" {servo.bus_watchdog}): another program moves the arm, or has just ended with a"
-            " fault; end it, look at the arm, then write 0 to register 98 of its servos"
-            " (armsyn.driver.clear_watchdogs does)",
-            servo.servo_id,
-        )
-    if servo.bus_watchdog == reg.WATCHDOG_EXPIRED:
-        raise HardwareFaultError(
-            f"{servo.title} was stopped by its bus watchdog: the program that moved the arm ended"
-            " or stalled; look at the arm, then write 0 to register 98 of its servos"
-            " (armsyn.driver.clear_watchdogs does)",
-            servo.servo_id,
-        )
+    if layout is reg.X:
+        return values["Operating Mode"]
+    if layout is reg.XL320:
+        joint = values["Operating Mode"] == reg.XL320_JOINT_MODE
+        return reg.POSITION_MODE if joint else reg.VELOCITY_MODE
+    limits = values["Min Position Limit"], values["Max Position Limit"]
+    if limits == (0, 0):
+        return reg.VELOCITY_MODE
+    turns = layout is reg.MX1 and limits == (reg.LAST_TICK, reg.LAST_TICK)
+    return reg.EXTENDED_POSITION_MODE if turns else reg.POSITION_MODE

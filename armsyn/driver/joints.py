@@ -164,4 +164,5 @@ class JointGroup:
         reply = replies.get(identifier)
         if reply is None or len(reply.parameters) != reg.HEALTH_SIZE:
             return None
-        return Health(bool(reply.parameters[0]), reply.parameters[-1])
+        error = reg.HARDWARE_ERROR_STATUS.address - reg.HEALTH_ADDRESS
+        return Health(bool(reply.parameters[0]), reply.parameters[error])

@@ -1,17 +1,20 @@
 """Torque, watchdog and profiles: brought up before a motion, and put back when it fails.
 
 Everything is written by sync write and verified by reading back, which works at Status Return
-Level 1 as well as 2.
+Level 1 as well as 2. A shadow gets its goals through its Secondary ID only, and is read back too:
+so a pair that does not hang together is found before its torque comes on.
 """
 
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Mapping, Sequence
 
 from armsyn.driver import registers as reg
-from armsyn.driver.facts import ServoFacts
+from armsyn.driver.checks import check_pairs
+from armsyn.driver.facts import PROFILES, ServoFacts
+from armsyn.driver.servos import ServoGroup
 from armsyn.driver.timing import WATCHDOG_UNITS
-from armsyn.driver.transactions import Bus
 from armsyn.errors import ArmFaultError, HardwareFaultError
 
 RESTORE_ATTEMPTS = 3
@@ -21,48 +24,100 @@ GOAL_TOLERANCE_TICKS = 64
 """How far a servo under torque may be from its goal (5.6 degrees) for a motion to begin."""
 
 
-def power_up(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
+def power_up(
+    group: ServoGroup,
+    facts: Sequence[ServoFacts],
+    profiles: Mapping[str, Mapping[int, int]] | None = None,
+) -> None:
     """Give torque without a jerk: goal := present, verified, then torque on, verified.
 
-    A servo that holds already keeps its goal, so that a raised arm does not dip. Profiles are
-    set to 0 (no profile, in the velocity-based and the time-based drive mode alike): goals
-    are streamed and checked one by one. `restore_profiles` puts them back after a run that ends
-    well; after a fault they stay 0. The watchdog is armed before the torque.
+    A servo that holds already keeps its goal, so that a raised arm does not dip; so does a pair of
+    which one holds, and both get the leader's tick otherwise. Profiles are set for streaming;
+    `restore_profiles` puts them back after a run that ends well, after a fault they stay. The
+    watchdog is armed before the torque, where there is one.
 
     Parameters
     ----------
-    bus : Bus
-    facts : tuple of ServoFacts
-        As read just now.
+    group : ServoGroup
+        Leaders and shadows; no gripper.
+    facts : sequence of ServoFacts
+        Of the group, as read just now.
+    profiles : mapping of str to mapping of int to int, optional
+        Register and ID to value; 0, which is no profile, where none is given.
 
     Raises
     ------
     HardwareFaultError
         A servo does not take its goal, torque or watchdog, or is away from the goal it holds.
+    ServoMismatchError
+        The two servos of a dual joint read too far apart: they would fight.
     BusError, PortLostError
         As the bus.
     """
+    check_pairs(facts)
+    goals = standing_goals(facts)
     for servo in facts:
-        off = abs(servo.goal_position - servo.present_position)
+        off = abs(goals[servo.servo_id] - servo.present_position)
         if servo.torque_enabled and off > GOAL_TOLERANCE_TICKS:
             raise HardwareFaultError(
                 f"{servo.title} is under torque and {off} ticks from its goal: it is moving or"
                 " held by something; wait, or free it",
                 servo.servo_id,
             )
-    limp = [servo for servo in facts if not servo.torque_enabled]
-    _set(bus, facts, reg.PROFILE_VELOCITY, 0)
-    _set(bus, facts, reg.PROFILE_ACCELERATION, 0)
-    _set_each(bus, reg.GOAL_POSITION, {s.servo_id: s.present_position for s in limp}, facts)
-    _set(bus, facts, reg.BUS_WATCHDOG, WATCHDOG_UNITS)
-    _set_each(bus, reg.TORQUE_ENABLE, dict.fromkeys((s.servo_id for s in limp), 1), facts)
-    _verify(bus, reg.BUS_WATCHDOG, {s.servo_id: WATCHDOG_UNITS for s in facts}, facts)
-    _check_still(bus, facts)
+    limp = [servo.servo_id for servo in facts if not servo.torque_enabled]
+    for name in PROFILES:
+        wanted = (profiles or {}).get(name, {})
+        group.set(name, {i: wanted.get(i, 0) for i in group.having(name)})
+    _send_goals(group, {i: goals[i] for i in _pairs_of(facts, limp)})
+    group.set("Bus Watchdog", dict.fromkeys(group.ids, WATCHDOG_UNITS))
+    group.set("Torque Enable", dict.fromkeys(limp, 1))
+    group.verify("Bus Watchdog", dict.fromkeys(group.ids, WATCHDOG_UNITS))
+    _check_still(group, facts)
 
 
-def _check_still(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
+def standing_goals(facts: Sequence[ServoFacts]) -> dict[int, int]:
+    """Goals that leave servos where they are: held ones keep theirs, a pair has its leader's.
+
+    Parameters
+    ----------
+    facts : sequence of ServoFacts
+
+    Returns
+    -------
+    dict of int to int
+        ID to tick.
+    """
+    by_id = {servo.servo_id: servo for servo in facts}
+    goals = {}
+    for servo in facts:
+        leader = by_id.get(_leader(servo), servo)
+        pair = [leader, *(s for s in facts if _leader(s) == leader.servo_id and s is not leader)]
+        held = next((one for one in pair if one.torque_enabled), None)
+        goals[servo.servo_id] = leader.present_position if held is None else held.goal_position
+    return goals
+
+
+def _leader(servo: ServoFacts) -> int:
+    leader = servo.servo.shadow_of
+    return servo.servo_id if leader is None else leader
+
+
+def _pairs_of(facts: Sequence[ServoFacts], ids: Sequence[int]) -> list[int]:
+    """Servos that share a joint with one of `ids`."""
+    joints = {_leader(servo) for servo in facts if servo.servo_id in ids}
+    return [servo.servo_id for servo in facts if _leader(servo) in joints]
+
+
+def _send_goals(group: ServoGroup, goals: Mapping[int, int]) -> None:
+    """Write goals to leaders, and make sure that their shadows have heard them."""
+    shadows = {servo.id for servo in group.servos if servo.shadow_of in goals}
+    group.write("Goal Position", {i: goal for i, goal in goals.items() if i not in shadows})
+    group.verify("Goal Position", goals)
+
+
+def _check_still(group: ServoGroup, facts: Sequence[ServoFacts]) -> None:
     """Make sure that torque has moved nothing: position mode folds to one turn as it comes on."""
-    present = bus.read_all(reg.PRESENT_POSITION, tuple(s.servo_id for s in facts))
+    present = group.read("Present Position")
     for servo in facts:
         moved = abs(present[servo.servo_id] - servo.present_position)
         if moved > GOAL_TOLERANCE_TICKS:
@@ -73,64 +128,63 @@ def _check_still(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
             )
 
 
-def restore(bus: Bus, facts: tuple[ServoFacts, ...]) -> dict[int, str]:
+def restore(group: ServoGroup, facts: Sequence[ServoFacts]) -> dict[int, str]:
     """Put torque, watchdog and profiles back as they were found; nothing has moved yet.
 
     Raises nothing for a bus or port that fails: it is called for an error that says why.
 
     Parameters
     ----------
-    bus : Bus
-    facts : tuple of ServoFacts
-        As found.
+    group : ServoGroup
+    facts : sequence of ServoFacts
+        Of the group, as found.
 
     Returns
     -------
     dict of int to str
         Servos that do not read what they should, each with the first register that is wrong.
     """
+    found: dict[str, dict[int, int]] = {
+        "Torque Enable": {s.servo_id: 0 for s in facts if not s.torque_enabled},
+        "Bus Watchdog": {s.servo_id: s.bus_watchdog for s in facts if s.bus_watchdog is not None},
+    }
+    for name in PROFILES:
+        found[name] = {s.servo_id: s.profiles[name] for s in facts if name in s.profiles}
     failed: dict[int, str] = {}
-    for register, found in (
-        (reg.TORQUE_ENABLE, {s.servo_id: 0 for s in facts if not s.torque_enabled}),
-        (reg.BUS_WATCHDOG, {s.servo_id: s.bus_watchdog for s in facts}),
-        (reg.PROFILE_VELOCITY, {s.servo_id: s.profile_velocity for s in facts}),
-        (reg.PROFILE_ACCELERATION, {s.servo_id: s.profile_acceleration for s in facts}),
-    ):
-        for identifier, reads in _put_back(bus, register, found).items():
-            failed.setdefault(
-                identifier, f"{register.name} reads {reads} instead of {found[identifier]}"
-            )
+    for name, values in found.items():
+        for servo_id, reads in _put_back(group, name, values).items():
+            failed.setdefault(servo_id, f"{name} reads {reads} instead of {values[servo_id]}")
     return failed
 
 
-def _put_back(bus: Bus, register: reg.Register, values: dict[int, int]) -> dict[int, str]:
+def _put_back(group: ServoGroup, name: str, values: Mapping[int, int]) -> dict[int, str]:
     """Write until the values are read back; returns what else is read, where it is."""
     wrong = dict.fromkeys(values, "")
     for _ in range(RESTORE_ATTEMPTS):
         if not wrong:
             break
         with contextlib.suppress(ArmFaultError):  # reading back shows what came of it
-            bus.sync_write(register, {i: values[i] for i in wrong})
-        reads = {i: _reading(bus, register, i) for i in wrong}
+            group.write(name, {i: values[i] for i in wrong})
+        reads = {i: _reading(group, name, i) for i in wrong}
         wrong = {i: read for i, read in reads.items() if read != str(values[i])}
     return wrong
 
 
-def _reading(bus: Bus, register: reg.Register, servo_id: int) -> str:
+def _reading(group: ServoGroup, name: str, servo_id: int) -> str:
     try:
-        return str(bus.read_all(register, (servo_id,))[servo_id])
+        return str(group.read(name, (servo_id,))[servo_id])
     except ArmFaultError:
         return "nothing"
 
 
-def restore_profiles(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
+def restore_profiles(group: ServoGroup, facts: Sequence[ServoFacts]) -> None:
     """Put the profiles back as they were found, velocity first, which bounds acceleration.
 
     Parameters
     ----------
-    bus : Bus
-    facts : tuple of ServoFacts
-        As found.
+    group : ServoGroup
+    facts : sequence of ServoFacts
+        Of the group, as found.
 
     Raises
     ------
@@ -139,38 +193,34 @@ def restore_profiles(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
     BusError, PortLostError
         As the bus.
     """
-    velocity = {s.servo_id: s.profile_velocity for s in facts}
-    acceleration = {s.servo_id: s.profile_acceleration for s in facts}
-    _set_each(bus, reg.PROFILE_VELOCITY, velocity, facts)
-    _set_each(bus, reg.PROFILE_ACCELERATION, acceleration, facts)
+    for name in PROFILES:
+        group.set(name, {s.servo_id: s.profiles[name] for s in facts if name in s.profiles})
 
 
-def disarm_watchdog(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
-    """Switch the bus watchdog off; HardwareFaultError when a servo keeps it, or had expired."""
-    ids = tuple(servo.servo_id for servo in facts)
-    expired = [i for i, value in bus.read_all(reg.BUS_WATCHDOG, ids).items() if value < 0]
+def disarm_watchdog(group: ServoGroup) -> None:
+    """Switch the bus watchdogs off; HardwareFaultError when a servo keeps it, or had expired."""
+    expired = [i for i, value in group.read("Bus Watchdog").items() if value < 0]
     if expired:
         raise HardwareFaultError(
             f"the bus watchdog of servo {expired[0]} expired during the motion: it did not"
             " follow to the end",
             expired[0],
         )
-    _set(bus, facts, reg.BUS_WATCHDOG, 0)
+    group.set("Bus Watchdog", dict.fromkeys(group.ids, 0))
 
 
-def torque_off(bus: Bus, facts: tuple[ServoFacts, ...]) -> None:
-    """Let all servos go; HardwareFaultError when one does not."""
-    _set(bus, facts, reg.TORQUE_ENABLE, 0)
+def torque_off(group: ServoGroup) -> None:
+    """Let all servos of a group go; HardwareFaultError when one does not."""
+    group.set("Torque Enable", dict.fromkeys(group.ids, 0))
 
 
-def release_watchdogs(bus: Bus, facts: tuple[ServoFacts, ...]) -> tuple[int, ...]:
+def release_watchdogs(group: ServoGroup) -> tuple[int, ...]:
     """Switch bus watchdogs off; a servo that one has stopped is held where it is.
 
     Parameters
     ----------
-    bus : Bus
-    facts : tuple of ServoFacts
-        For the servos' names; watchdogs and positions are read anew.
+    group : ServoGroup
+        All servos of an arm, or some.
 
     Returns
     -------
@@ -184,42 +234,28 @@ def release_watchdogs(bus: Bus, facts: tuple[ServoFacts, ...]) -> tuple[int, ...
     BusError, PortLostError
         As the bus.
     """
-    ids = tuple(servo.servo_id for servo in facts)
-    watchdogs = bus.read_all(reg.BUS_WATCHDOG, ids)
+    watchdogs = group.read("Bus Watchdog")
     active = tuple(i for i, value in watchdogs.items() if value)
     expired = tuple(i for i in active if watchdogs[i] == reg.WATCHDOG_EXPIRED)
-    present = bus.read_all(reg.PRESENT_POSITION, expired) if expired else {}
+    goals = _where_stopped(group, expired)
     if active:
         # back to back: a goal from before must not start a motion in between
-        bus.sync_write(reg.BUS_WATCHDOG, dict.fromkeys(active, 0))
-    if expired:
-        bus.sync_write(reg.GOAL_POSITION, present)
-    _verify(bus, reg.BUS_WATCHDOG, dict.fromkeys(active, 0), facts)
-    _verify(bus, reg.GOAL_POSITION, present, facts)
+        group.write("Bus Watchdog", dict.fromkeys(active, 0))
+    if goals:
+        group.write("Goal Position", goals)
+    group.verify("Bus Watchdog", dict.fromkeys(active, 0))
+    group.verify("Goal Position", goals)
     return active
 
 
-def _set(bus: Bus, facts: tuple[ServoFacts, ...], register: reg.Register, value: int) -> None:
-    _set_each(bus, register, {servo.servo_id: value for servo in facts}, facts)
-
-
-def _set_each(
-    bus: Bus, register: reg.Register, values: dict[int, int], facts: tuple[ServoFacts, ...]
-) -> None:
-    if values:
-        bus.sync_write(register, values)
-        _verify(bus, register, values, facts)
-
-
-def _verify(
-    bus: Bus, register: reg.Register, values: dict[int, int], facts: tuple[ServoFacts, ...]
-) -> None:
-    read = bus.read_all(register, tuple(values))
-    for servo in facts:
-        identifier = servo.servo_id
-        if identifier in values and read[identifier] != values[identifier]:
-            raise HardwareFaultError(
-                f"{servo.title} does not take {values[identifier]} as its {register.name}"
-                f" (register {register.address} reads {read[identifier]}): check its limits",
-                identifier,
-            )
+def _where_stopped(group: ServoGroup, expired: Sequence[int]) -> dict[int, int]:
+    """Goals for stopped servos: where they are, where its leader is (or is sent) for a shadow."""
+    goals = group.read("Present Position", expired) if expired else {}
+    standing = {}
+    for servo in group.servos:
+        if servo.id in expired and servo.shadow_of in group.ids:
+            leader = servo.shadow_of
+            if leader not in goals:
+                standing |= group.read("Goal Position", (leader,))
+            goals[servo.id] = {**standing, **goals}[leader]
+    return goals

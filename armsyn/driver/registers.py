@@ -31,6 +31,8 @@ VOLTAGE_UNIT = 0.1
 """V of one unit of the voltage registers."""
 
 CURRENT_MODE = 0
+VELOCITY_MODE = 1
+XL320_JOINT_MODE = 2
 POSITION_MODE = 3
 EXTENDED_POSITION_MODE = 4
 CURRENT_POSITION_MODE = 5
@@ -47,6 +49,9 @@ DRIVE_MODE_TIME_PROFILE = 0b0100
 DRIVE_MODE_TORQUE_BY_GOAL = 0b1000
 """Drive Mode bit 3: a goal that is written switches the torque on."""
 
+LAST_TICK = 4095
+"""Of one turn."""
+
 NO_SECONDARY_ID = 253
 """Secondary ID from which on a servo follows nobody."""
 
@@ -60,6 +65,7 @@ HARDWARE_ERRORS = {
 """Bits of Hardware Error Status (70)."""
 
 _DIRECTION_BIT = 1 << 10
+_UNKNOWN_ERROR = 0x40
 
 
 @dataclass(frozen=True)
@@ -74,12 +80,15 @@ class Register:
         Where it lies, and its bytes.
     coding : Coding
         How its number is written.
+    since : int
+        Firmware from which on servos have it.
     """
 
     name: str
     address: int
     size: int
     coding: Coding = "unsigned"
+    since: int = 0
 
     def decode(self, data: bytes) -> int:
         """Value of `size` bytes, in the register's own unit."""
@@ -109,10 +118,17 @@ class Layout:
         Of the family.
     rows : mapping of str to Register
         By the registers' names.
+    ram : int
+        Address from which on registers lie in RAM; those below are EEPROM, which X series and
+        XL-320 keep locked while their torque is on.
+    errors : mapping of int to int
+        Bits of its Hardware Error Status to those of the X series, where they differ.
     """
 
     name: str
     rows: Mapping[str, Register]
+    ram: int
+    errors: Mapping[int, int]
 
     def __contains__(self, name: str) -> bool:
         """Whether the family has a register."""
@@ -126,20 +142,34 @@ class Layout:
         """Families differ by their names."""
         return hash(self.name)
 
+    def in_eeprom(self, name: str) -> bool:
+        """Whether a register keeps its value without power, and is locked under torque."""
+        return self.rows[name].address < self.ram
 
-def _layout(name: str, *rows: Register) -> Layout:
-    return Layout(name, MappingProxyType({row.name: row for row in rows}))
+    def hardware_error(self, status: int) -> int:
+        """Hardware Error Status of this family in the bits of the X series; 0x40 for unknown."""
+        if not self.errors:
+            return status
+        known = sum(bit for own, bit in self.errors.items() if status & own)
+        return known | (_UNKNOWN_ERROR if status & ~sum(self.errors) else 0)
+
+
+def _layout(
+    name: str, *rows: Register, ram: int = 24, errors: Mapping[int, int] | None = None
+) -> Layout:
+    named = MappingProxyType({row.name: row for row in rows})
+    return Layout(name, named, ram, MappingProxyType(dict(errors or {})))
 
 
 RETURN_DELAY_TIME = Register("Return Delay Time", 9, 1)
-DRIVE_MODE = Register("Drive Mode", 10, 1)
+DRIVE_MODE = Register("Drive Mode", 10, 1, since=38)
 OPERATING_MODE = Register("Operating Mode", 11, 1)
 HOMING_OFFSET = Register("Homing Offset", 20, 4, "signed")
 MAX_POSITION_LIMIT = Register("Max Position Limit", 48, 4)
 MIN_POSITION_LIMIT = Register("Min Position Limit", 52, 4)
 TORQUE_ENABLE = Register("Torque Enable", 64, 1)
 HARDWARE_ERROR_STATUS = Register("Hardware Error Status", 70, 1)
-BUS_WATCHDOG = Register("Bus Watchdog", 98, 1, "signed")
+BUS_WATCHDOG = Register("Bus Watchdog", 98, 1, "signed", since=38)
 PROFILE_ACCELERATION = Register("Profile Acceleration", 108, 4)
 PROFILE_VELOCITY = Register("Profile Velocity", 112, 4)
 GOAL_POSITION = Register("Goal Position", 116, 4, "signed")
@@ -191,8 +221,10 @@ X = _layout(
     PRESENT_POSITION,
     Register("Present Input Voltage", 144, 2),
     Register("Present Temperature", 146, 1),
+    ram=64,
 )
-"""X series, and MX with Protocol 2.0. The XL430 and other models without a current sensor have
+"""X series, and MX with Protocol 2.0. Drive Mode and Bus Watchdog came with firmware 38 (e-Manual,
+"Bus Watchdog(98)", "Drive Mode(10)"). The XL430 and other models without a current sensor have
 Present Load at 126, and no current registers: `armsyn.driver.models` says which."""
 
 _CLASSIC_BEGIN = (
@@ -230,9 +262,11 @@ XL320 = _layout(
     Register("Present Temperature", 46, 1),
     Register("Moving", 49, 1),
     Register("Hardware Error Status", 50, 1),
+    errors={0x01: 0x20, 0x02: 0x04, 0x04: 0x01},
 )
 """XL-320: Protocol 2.0 with a table of its own. Its Operating Mode (Control Mode) is 2 for
-positions, and its hardware errors are numbered otherwise."""
+positions, and its hardware errors are numbered otherwise: overload, overheating, input voltage
+(e-Manual, XL-320, "Hardware Error Status(50)")."""
 
 _PROTOCOL_1 = (
     *_CLASSIC_BEGIN,
@@ -284,8 +318,13 @@ STATE_SIZE = PRESENT_POSITION.address + PRESENT_POSITION.size - STATE_ADDRESS
 """Current, velocity and position lie side by side: one read of 10 bytes."""
 
 HEALTH_ADDRESS = TORQUE_ENABLE.address
-HEALTH_SIZE = HARDWARE_ERROR_STATUS.address + HARDWARE_ERROR_STATUS.size - HEALTH_ADDRESS
-"""From torque enable to hardware error status: one read of 7 bytes."""
+HEALTH_SIZE = BUS_WATCHDOG.address + BUS_WATCHDOG.size - HEALTH_ADDRESS
+"""From torque enable over hardware error status to bus watchdog: one read of 35 bytes, which takes
+no longer than three reads of what is in them."""
+
+MEASURES_ADDRESS = 144
+MEASURES_SIZE = 3
+"""Voltage and temperature: one read of 3 bytes."""
 
 
 def hardware_error_names(status: int) -> str:

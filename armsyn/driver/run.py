@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription
 from armsyn.driver import power
 from armsyn.driver.clock import Clock
-from armsyn.driver.facts import ServoFacts, check_facts, read_facts
+from armsyn.driver.checks import check_facts
+from armsyn.driver.facts import ServoFacts, read_facts
 from armsyn.driver.joints import JointGroup
 from armsyn.driver.limits import check_position_limits
 from armsyn.driver.log import StreamLog
 from armsyn.driver.path import Path, straight_way
 from armsyn.driver.recording import Ending
+from armsyn.driver.servos import ServoGroup
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import LONGEST_SETTLING, OnTick, Outcome, Streamer
 from armsyn.driver.timing import WATCHDOG_SECONDS
@@ -90,7 +92,7 @@ class ArmRun:
         on_tick: OnTick | None = None,
     ) -> None:
         self.joints = joints
-        self.bus = joints.bus
+        self.group = ServoGroup(joints.bus, (*arm.leaders, *arm.shadows))
         self.arm = arm
         self.rate_hz = rate_hz
         self.stops = stops
@@ -118,7 +120,7 @@ class ArmRun:
             still and the watchdog stays armed. The message says so, and what could not be put
             back; `fault` is then set.
         """
-        self._facts = read_facts(self.bus, self.arm)
+        self._facts = read_facts(self.group)
         check_facts(self._facts, self.arm)
         for motion in filter(None, (self.trajectory, self.park)):
             check_position_limits(motion, self._facts, self.arm.calibration)
@@ -146,9 +148,9 @@ class ArmRun:
 
     def _power_up(self) -> None:
         try:
-            power.power_up(self.bus, self._facts)
+            power.power_up(self.group, self._facts)
         except BaseException as error:
-            if failed := power.restore(self.bus, self._facts):
+            if failed := power.restore(self.group, self._facts):
                 self.fault = error
                 _say_also(error, self._not_restored(failed))
             raise
@@ -219,10 +221,10 @@ class ArmRun:
             self._hold(streamer, self.fault)
             return
         if self.ending is Ending.PARKED:
-            power.torque_off(self.bus, self._facts)
-        power.disarm_watchdog(self.bus, self._facts)
+            power.torque_off(self.group)
+        power.disarm_watchdog(self.group)
         self._armed = False
-        power.restore_profiles(self.bus, self._facts)
+        power.restore_profiles(self.group, self._facts)
         if self.ending in (Ending.STOPPED_HOLDING, Ending.STOPPED_PARKED):
             self.stops.met()
 

@@ -8,17 +8,29 @@ from armsyn.arm import ServoDescription
 from armsyn.driver.models import ServoModel, servo_model
 from armsyn.driver.registers import Register
 from armsyn.driver.transactions import Bus
-from armsyn.errors import HardwareFaultError
+from armsyn.errors import HardwareFaultError, TorqueOnError
+
+
+def title_of(servo: ServoDescription) -> str:
+    """Name of a servo for messages, such as ``servo 4 (elbow)``."""
+    shadow = "" if servo.shadow_of is None else f", shadow of {servo.shadow_of}"
+    return f"servo {servo.id} ({servo.joint}{shadow})"
 
 
 class ServoGroup:
     """Some servos of an arm on a bus.
+
+    A shadow hears what is written to its leader's RAM, too. Where the two are to hold different
+    values, the shadow's is written after its leader's.
 
     Parameters
     ----------
     bus : Bus
         Told which protocol each of them speaks.
     servos : sequence of ServoDescription
+    firmware : dict of int to int, optional
+        Firmware versions by ID, as far as they are known (`armsyn.driver.facts.check_models`
+        finds them out); a servo of unknown firmware counts as a new one.
 
     Raises
     ------
@@ -26,14 +38,21 @@ class ServoGroup:
         A model that the driver does not know.
     """
 
-    def __init__(self, bus: Bus, servos: Sequence[ServoDescription]) -> None:
+    def __init__(
+        self,
+        bus: Bus,
+        servos: Sequence[ServoDescription],
+        firmware: dict[int, int] | None = None,
+    ) -> None:
         self.bus = bus
+        self.firmware: dict[int, int] = {} if firmware is None else firmware
         self.servos = tuple(servos)
         self.models: dict[int, ServoModel] = {
             servo.id: servo_model(servo.model, servo.protocol) for servo in servos
         }
         bus.protocols.update({servo.id: servo.protocol for servo in servos})
-        self._titles = {servo.id: f"servo {servo.id} ({servo.joint})" for servo in servos}
+        self._titles = {servo.id: title_of(servo) for servo in servos}
+        self._leaders = {s.id: s.shadow_of for s in servos if s.shadow_of is not None}
 
     @property
     def ids(self) -> tuple[int, ...]:
@@ -44,10 +63,21 @@ class ServoGroup:
         """Name for messages, such as ``servo 4 (elbow)``."""
         return self._titles[servo_id]
 
+    def only(self, servos: Iterable[ServoDescription]) -> ServoGroup:
+        """Return a group of some of these servos, with their firmware known."""
+        return ServoGroup(self.bus, tuple(servos), self.firmware)
+
     def having(self, name: str, ids: Iterable[int] | None = None) -> tuple[int, ...]:
-        """IDs of the servos that have a register."""
+        """IDs of the servos that have a register, in their model and firmware."""
         among = self.ids if ids is None else ids
-        return tuple(i for i in among if name in self.models[i].layout)
+        return tuple(i for i in among if self._has(i, name))
+
+    def _has(self, servo_id: int, name: str) -> bool:
+        layout = self.models[servo_id].layout
+        if name not in layout:
+            return False
+        firmware = self.firmware.get(servo_id)
+        return firmware is None or firmware >= layout[name].since
 
     def read(self, name: str, ids: Iterable[int] | None = None) -> dict[int, int]:
         """Read a register of servos.
@@ -85,11 +115,30 @@ class ServoGroup:
 
         Raises
         ------
+        TorqueOnError
+            The register lies in EEPROM and a servo is under torque: nothing is written, for the
+            servo would refuse it without a word.
+        BusError
+            Whether a servo is under torque cannot be read.
         PortLostError
             The port went away.
         """
-        for register, members in self._by_register(name, self.having(name, values)).items():
-            self.bus.sync_write(register, {i: values[i] for i in members})
+        self._check_unlocked(name, self.having(name, values))
+        own = [i for i in values if values.get(self._leaders.get(i, i)) != values[i]]
+        for ids in ([i for i in values if i not in own], own):
+            for register, members in self._by_register(name, self.having(name, ids)).items():
+                self.bus.sync_write(register, {i: values[i] for i in members})
+
+    def _check_unlocked(self, name: str, ids: Iterable[int]) -> None:
+        locked = [i for i in ids if self.models[i].layout.in_eeprom(name)]
+        for servo_id, torque in self.read("Torque Enable", locked).items():
+            if torque:
+                address = self.models[servo_id].layout[name].address
+                raise TorqueOnError(
+                    f"{self.title(servo_id)} is under torque, and {name} (register {address}) can"
+                    " only be written without: support the arm, then armsyn release",
+                    servo_id,
+                )
 
     def set(self, name: str, values: Mapping[int, int]) -> None:
         """Write a register of servos and read it back.
@@ -98,8 +147,8 @@ class ServoGroup:
         ------
         HardwareFaultError
             A servo does not take its value.
-        BusError, PortLostError
-            As `read`.
+        TorqueOnError, BusError, PortLostError
+            As `write` and `read`.
         """
         self.write(name, values)
         self.verify(name, values)

@@ -34,11 +34,13 @@ from armsyn.arm import ArmDescription
 from armsyn.driver import power
 from armsyn.driver.clock import Clock, MonotonicClock
 from armsyn.driver.collector import collector_frozen
-from armsyn.driver.facts import check_facts, check_models, read_facts
+from armsyn.driver.checks import check_facts
+from armsyn.driver.facts import check_models, read_facts
 from armsyn.driver.joints import JointGroup
 from armsyn.driver.models import servo_model
 from armsyn.driver.recording import Recording
 from armsyn.driver.run import ArmRun
+from armsyn.driver.servos import ServoGroup
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import OnTick, Streamer
 from armsyn.driver.timing import check_rate
@@ -156,8 +158,9 @@ class ArmSession:
             That the stream runs on; the system's monotonic clock by default.
         """
         _check_description(arm)
-        check_models(bus, arm)
-        facts = read_facts(bus, arm)
+        group = ServoGroup(bus, arm.servo)
+        check_models(group, arm.name)
+        facts = read_facts(group)
         check_facts(facts, arm)
         delays = [servo.return_delay for servo in facts]
         check_rate(rate_hz, bus.baudrate, delays, bus.latency)
@@ -292,5 +295,6 @@ def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:
     """
     _check_description(arm)
     with contextlib.closing(Bus(port, arm.servo[0].baud)) as bus:
-        check_models(bus, arm)
-        return power.release_watchdogs(bus, read_facts(bus, arm))
+        group = ServoGroup(bus, arm.servo)
+        check_models(group, arm.name)
+        return power.release_watchdogs(group)

@@ -77,7 +77,7 @@ CASES: list[tuple[Callable[[Servo], None], type[ArmsynError], str]] = [
         HardwareFaultError,
         "hardware error: encoder",
     ),
-    (store("Bus Watchdog", 255), HardwareFaultError, "write 0 to register 98"),
+    (store("Bus Watchdog", 255), HardwareFaultError, "armsyn clear"),
 ]
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from armsyn.driver import Ending
-from armsyn.driver.facts import read_facts
 from armsyn.driver.power import release_watchdogs
+from armsyn.driver.servos import ServoGroup
 from armsyn.errors import ArmFaultError, HardwareFaultError
 from tests.driver.stepped import SteppedArm, deafen
 
@@ -73,29 +73,30 @@ def expire(stepped: SteppedArm) -> None:
 
 def test_released_servos_stand_where_they_stood(stepped: SteppedArm) -> None:
     expire(stepped)
-    facts = read_facts(stepped.bus, stepped.description)
+    group = ServoGroup(stepped.bus, stepped.description.servo)
     before = stepped.positions()
-    assert release_watchdogs(stepped.bus, facts) == ALL
+    assert release_watchdogs(group) == ALL
     assert stepped.value("Bus Watchdog") == [0] * 7
     stepped.clock.advance(1.0)
     assert np.abs(stepped.positions() - before).max() < 0.02
-    assert release_watchdogs(stepped.bus, facts) == ()
+    assert release_watchdogs(group) == ()
     assert stepped.session().read_posture() == pytest.approx(stepped.positions(), abs=2e-3)
 
 
 def test_a_watchdog_that_stays_on_is_said(stepped: SteppedArm) -> None:
     expire(stepped)
-    facts = read_facts(stepped.bus, stepped.description)
+    group = ServoGroup(stepped.bus, stepped.description.servo)
     deafen(stepped.servos[1], BUS_WATCHDOG, 0)
     with pytest.raises(HardwareFaultError, match=r"servo 2 .* does not take 0 as its Bus Watchdog"):
-        release_watchdogs(stepped.bus, facts)
+        release_watchdogs(group)
 
 
 def test_a_servo_that_keeps_an_old_goal_is_said(stepped: SteppedArm) -> None:
     expire(stepped)
-    facts = read_facts(stepped.bus, stepped.description)
+    group = ServoGroup(stepped.bus, stepped.description.servo)
     elbow = stepped.servos[3]
-    elbow.memory.store("Goal Position", facts[3].present_position + 300)
-    elbow.memory.store("Max Position Limit", facts[3].present_position - 20)
+    here = group.read("Present Position")[4]
+    elbow.memory.store("Goal Position", here + 300)
+    elbow.memory.store("Max Position Limit", here - 20)
     with pytest.raises(HardwareFaultError, match=r"servo 4 .* as its Goal Position"):
-        release_watchdogs(stepped.bus, facts)
+        release_watchdogs(group)
