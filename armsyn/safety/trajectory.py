@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import InputError, LimitError, RefusedMotionError
+from armsyn.safety.collision import check_collision
 from armsyn.safety.command import POSITION_TOLERANCE
 
 FloatArray = NDArray[np.float64]
@@ -17,7 +18,14 @@ START_TOLERANCE = 0.05
 """rad (or m) between where the arm is and where a trajectory may start."""
 
 RATE_TOLERANCE = 0.02
-"""Part of a speed or acceleration limit that sampling may add to a motion that keeps it."""
+"""Part of a speed, acceleration or jerk limit that sampling may add to a motion that keeps it."""
+
+ROUNDING = 5e-7
+"""rad (or m) that angles may be rounded by: six decimals, or single precision."""
+
+JERK_SPAN = 0.005
+"""s over which a jerk is taken at least. Acceleration that steps, as at the end of a reach, has no
+jerk at all: that of its samples would depend on their rate."""
 
 UNIFORM_TOLERANCE = 0.01
 """Part of a time step by which steps may differ."""
@@ -52,8 +60,11 @@ def check_trajectory(
 ) -> None:
     """Refuse a trajectory that the arm must not follow.
 
-    Speeds and accelerations are differences of neighbouring samples; the arm rests before the
-    first and after the last, so that a trajectory that starts or ends at speed is refused too.
+    Speeds and accelerations are differences of neighbouring samples, jerks those of accelerations
+    over 5 ms (or from one sample to the next, where that is longer); the arm rests before
+    the first and after the last, so that a trajectory that starts or ends at speed is refused too.
+    Nothing may touch on the whole way, between the samples neither (`check_collision`); a contact
+    at the start may be left.
 
     Parameters
     ----------
@@ -72,8 +83,10 @@ def check_trajectory(
     RefusedMotionError
         Time stamps that are not uniform.
     LimitError
-        A joint leaves its range, exceeds its speed or acceleration, or starts elsewhere; the
-        message names joint, time, value and limit.
+        A joint leaves its range, exceeds its speed, acceleration or jerk, or starts elsewhere;
+        the message names joint, time, value and limit.
+    CollisionError
+        Links that touch each other, a plane or a box; the message names both and the time.
     """
     angles = _finite_angles(motion, arm)
     step = _uniform_step(motion)
@@ -81,23 +94,30 @@ def check_trajectory(
         _check_start(angles[0], present_posture, arm, start_tolerance)
     _check_range(motion.time, angles, arm)
     _check_rates(motion.time, angles, step, arm)
+    collision = check_collision(angles, arm, time=motion.time, leaving=True)
+    if collision is not None:
+        raise collision
 
 
 def _check_rates(time: FloatArray, angles: FloatArray, step: float, arm: ArmDescription) -> None:
-    resting = np.concatenate([angles[:1], angles, angles[-1:]])
+    span = max(1, round(JERK_SPAN / step))
+    resting = np.concatenate([angles[:1]] * (span + 1) + [angles] + [angles[-1:]] * (span + 1))
     velocity = np.diff(resting, axis=0) / step
     acceleration = np.diff(velocity, axis=0) / step
-    for rates, quantity, limits in (
-        (velocity[1:], "a speed of {:.2f} rad/s", arm.max_velocity),
-        (acceleration, "an acceleration of {:.2f} rad/s2", arm.max_acceleration),
+    jerk = (acceleration[span:] - acceleration[:-span]) / (span * step)
+    for rates, quantity, limits, rounded in (
+        (velocity, "a speed of {:.2f} rad/s", arm.max_velocity, 2.0 / step),
+        (acceleration, "an acceleration of {:.2f} rad/s2", arm.max_acceleration, 4.0 / step**2),
+        (jerk, "a jerk of {:.0f} rad/s3", arm.max_jerk, 8.0 / (span * step**3)),
     ):
-        frame, joint = _worst(rates, limits)
-        if abs(rates[frame, joint]) > limits[joint] * (1.0 + RATE_TOLERANCE):
-            value, limit = float(rates[frame, joint]), float(limits[joint])
+        row, joint = _worst(rates, limits)
+        value, limit = float(rates[row, joint]), float(limits[joint])
+        if abs(value) > limit * (1.0 + RATE_TOLERANCE) + ROUNDING * rounded:
+            frame = min(max(row - span if rates is not jerk else row, 0), time.size - 1)
             raise LimitError(
                 f"joint {arm.joint_names[joint]} would have {quantity.format(value)} at"
-                f" {time[min(frame, time.size - 1)]:.3f} s, its limit is"
-                f" {limit:.2f}: slow the motion down",
+                f" {time[frame]:.3f} s, its limit is"
+                f" {limit:.2f}: slow the motion down, or smooth it",
                 arm.joint_names[joint],
                 value,
                 limit,
