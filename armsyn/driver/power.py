@@ -251,7 +251,7 @@ def release_watchdogs(group: ServoGroup) -> tuple[int, ...]:
 def _where_stopped(group: ServoGroup, expired: Sequence[int]) -> dict[int, int]:
     """Goals for stopped servos: where they are, where its leader is (or is sent) for a shadow."""
     goals = group.read("Present Position", expired) if expired else {}
-    standing = {}
+    standing: dict[int, int] = {}
     for servo in group.servos:
         if servo.id in expired and servo.shadow_of in group.ids:
             leader = servo.shadow_of

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.driver import power
-from armsyn.driver.clock import Clock
 from armsyn.driver.checks import check_facts
+from armsyn.driver.clock import Clock
 from armsyn.driver.facts import ServoFacts, read_facts
 from armsyn.driver.joints import JointGroup
 from armsyn.driver.limits import check_position_limits

@@ -32,9 +32,9 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.driver import power
+from armsyn.driver.checks import check_facts
 from armsyn.driver.clock import Clock, MonotonicClock
 from armsyn.driver.collector import collector_frozen
-from armsyn.driver.checks import check_facts
 from armsyn.driver.facts import check_models, read_facts
 from armsyn.driver.joints import JointGroup
 from armsyn.driver.models import servo_model
