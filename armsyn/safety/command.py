@@ -48,6 +48,14 @@ def _unknown() -> FloatArray:
     return np.array(np.nan)
 
 
+def _known(limit: FloatArray) -> FloatArray:
+    """Put what every finite number keeps in the place of what is unknown, and add rounding."""
+    return np.asarray(np.where(np.isnan(limit), np.finfo(np.float64).max, limit + _ROUNDING))
+
+
+_ROUNDING = 1e-12
+"""rad that differences of commands are off by rounding."""
+
 _OPTIONAL = (
     "max_acceleration",
     "max_jerk",
@@ -85,6 +93,12 @@ class CommandLimits:
         Of the joints' servos, degrees Celsius, A (either sign) and V.
     clearances : Clearances or None
         What commanded postures must keep; None for no look at collisions.
+
+    Attributes
+    ----------
+    max_bend, max_twist : array, shape (n,)
+        The same as `max_acceleration` and `max_jerk`, as second and third differences of
+        commands, rad; not NaN.
     """
 
     names: tuple[str, ...]
@@ -101,11 +115,15 @@ class CommandLimits:
     min_voltage: FloatArray = field(default_factory=_unknown)
     max_voltage: FloatArray = field(default_factory=_unknown)
     clearances: Clearances | None = None
+    max_bend: FloatArray = field(init=False, repr=False)
+    max_twist: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         for name in _OPTIONAL:
             value = np.asarray(getattr(self, name), dtype=np.float64)
             object.__setattr__(self, name, np.broadcast_to(value, (len(self.names),)))
+        object.__setattr__(self, "max_bend", _known(self.max_acceleration * self.period**2))
+        object.__setattr__(self, "max_twist", _known(self.max_jerk * self.period**3))
 
     @classmethod
     def of(cls, arm: ArmDescription, period: float, start: ArrayLike | None = None) -> Self:

@@ -31,9 +31,6 @@ CURRENT_MEMORY = 0.5
 WARM = 5.0
 """Degrees Celsius below its limit at which a servo is warned of."""
 
-_ROUNDING = 1e-12
-"""rad that differences of commands are off by rounding."""
-
 _UNKNOWN = np.array(np.nan)
 _NONE_FRESH = np.array(False)
 
@@ -146,31 +143,31 @@ def check_rates(
     Returns
     -------
     LimitError or None
-        Of the joint that is most beyond its limit: by the second and third differences of the
-        commands over the period's square and cube. Values that are not finite are a fault.
+        Of the first joint beyond a limit: by second and third differences of the commands over
+        the period's square and cube. Values that are not finite are beyond.
     """
     oldest, older, last = commands
     step = last - older
     bend = wanted - last - step
     twist = bend - step + (older - oldest)
-    for change, limit, power, what in (
-        (bend, limits.max_acceleration, 2, "an acceleration of {:.1f} rad/s2"),
-        (twist, limits.max_jerk, 3, "a jerk of {:.0f} rad/s3"),
-    ):
-        most = limit * limits.period**power
-        allowed = (np.abs(change) <= most + _ROUNDING) | (np.isnan(most) & np.isfinite(change))
-        if allowed.all():
-            continue
-        joint = int(np.argmin(allowed))
-        value = abs(float(change[joint])) / limits.period**power
-        return LimitError(
-            f"joint {limits.names[joint]}: the command asks for {what.format(value)},"
-            f" {limit[joint]:.0f} are allowed",
-            limits.names[joint],
-            value,
-            float(limit[joint]),
-        )
-    return None
+    # NaN is not within anything
+    gentle, smooth = np.abs(bend) <= limits.max_bend, np.abs(twist) <= limits.max_twist
+    if gentle.all() and smooth.all():
+        return None
+    if not gentle.all():
+        joint, change, power = int(np.argmin(gentle)), bend, 2
+        limit, what = limits.max_acceleration, "an acceleration of {:.1f} rad/s2"
+    else:
+        joint, change, power = int(np.argmin(smooth)), twist, 3
+        limit, what = limits.max_jerk, "a jerk of {:.0f} rad/s3"
+    value = abs(float(change[joint])) / limits.period**power
+    return LimitError(
+        f"joint {limits.names[joint]}: the command asks for {what.format(value)},"
+        f" {limit[joint]:.0f} are allowed",
+        limits.names[joint],
+        value,
+        float(limit[joint]),
+    )
 
 
 def check_load(state: TickState, limits: CommandLimits) -> ServoLoadError | None:
