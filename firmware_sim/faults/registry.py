@@ -10,6 +10,7 @@ from firmware_sim.faults import (
     adapter,
     damage,
     delivery,
+    handling,
     identity,
     mechanics,
     port,
@@ -30,6 +31,7 @@ _ROOMS = (
     servo_states,
     identity,
     mechanics,
+    handling,
 )
 
 KINDS: Mapping[str, FaultKind] = MappingProxyType(

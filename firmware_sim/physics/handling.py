@@ -55,16 +55,23 @@ class Handling(Sensors):
         self._set(k.HAND_TORQUE, 0.0)
 
     def block(self, low: float = -math.inf, high: float = math.inf) -> None:
-        """Let something hard stop the horn at angles in rad; a horn that is past one stays there.
+        """Let something hard stop the horn, beside what stops it already.
 
         Parameters
         ----------
         low, high : float
-            Where it stops as it turns clockwise, and counter-clockwise; infinity for nowhere.
+            Angles in rad at which it stops as it turns clockwise, and counter-clockwise; infinity
+            for nowhere. One that is past such an angle stops where it is.
         """
+        row = self._row
         self._link()
-        self._row[k.STOP_LOW] = min(low, self.angle)
-        self._set(k.STOP_HIGH, max(high, self.angle))
+        row[k.STOP_LOW] = max(row[k.STOP_LOW], min(low, self.angle))
+        self._set(k.STOP_HIGH, min(row[k.STOP_HIGH], max(high, self.angle)))
+
+    def unblock(self) -> None:
+        """Let nothing stop the horn."""
+        self._row[k.STOP_LOW] = -math.inf
+        self._set(k.STOP_HIGH, math.inf)
 
     def jam(self, on: bool) -> None:
         """Block the horn, or free it."""

@@ -46,7 +46,7 @@ HAND_LAG = 0.1
 """Time in which a hand makes up for what its joint is off, s; chosen."""
 
 HAND_ACCELERATION = 10.0
-"""With which a hand begins to move, and ends, rad/s^2; chosen."""
+"""With which a hand begins to move, and at most ends, rad/s^2; chosen."""
 
 HAND_SLIP = 0.02
 """By how much a joint must be slower than the hand for its full torque, rad/s; chosen."""
@@ -172,6 +172,9 @@ SAME_DUTY = 1.0e-12
 
 _SAME_RATE = 1.0e-12
 """Change of a hand's speed from step to step that counts as none, rad/s."""
+
+_HARDLY_MOVING = 1.0e-5
+"""Speed at which a joint in a hand stands, rad/s."""
 
 _SAME_VOLTAGE = 1.0e-9
 """Change of the supply that wakes no loop, V."""
@@ -484,8 +487,9 @@ def _reach_out(x: FloatArray) -> bool:
     It pulls with grip times (rate - speed), which counts as damping, so that no step overshoots;
     the grip is such that this is not above its torque.
     """
-    wanted = (x[HAND_GOAL] - x[ANGLE]) / HAND_LAG
-    wanted = max(-x[HAND_SPEED], min(x[HAND_SPEED], wanted))
+    way = x[HAND_GOAL] - x[ANGLE]
+    fastest = min(x[HAND_SPEED], abs(way) / HAND_LAG, math.sqrt(HAND_ACCELERATION * abs(way)))
+    wanted = math.copysign(fastest, way)
     most = HAND_ACCELERATION * STEP
     change = max(-most, min(most, wanted - x[HAND_RATE]))
     x[HAND_RATE] += change
@@ -522,7 +526,7 @@ def _move_joint(state: FloatArray, base: int) -> None:
     """Advance all motors on one joint by one step, with what holds and stops them."""
     torque = friction = inertia = damping = 0.0
     low, high = -math.inf, math.inf
-    jammed, steady = False, True
+    jammed, held, steady = False, False, True
     for i in range(len(state)):
         if not _on_joint(state, i, base):
             continue
@@ -532,6 +536,7 @@ def _move_joint(state: FloatArray, base: int) -> None:
         if x[MODE] != OFF:
             own += _standing_torque(x)
         if x[HAND_TORQUE] > 0.0:
+            held = True
             steady &= _reach_out(x)
             own += x[HAND_GRIP] * x[HAND_RATE]
             own_damping += x[HAND_GRIP]
@@ -551,6 +556,8 @@ def _move_joint(state: FloatArray, base: int) -> None:
     else:
         lag = inertia / damping
         _turn(leader, torque, friction, inertia, lag, math.exp(-STEP / lag))
+    if held and abs(leader[MOTOR_SPEED]) < _HARDLY_MOVING:
+        leader[MOTOR_SPEED] = 0.0  # a hand would slow down for ever
     way = leader[MOTOR_ANGLE] - before
     if not low <= way <= high:
         way = max(low, min(high, way))
