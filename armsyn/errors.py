@@ -21,6 +21,7 @@
     |   +-- FollowingError              the arm does not follow its goals
     |   +-- CommandFaultError           a goal that must not be sent, in mid-motion
     |   +-- ServoLoadError              a servo too hot, overloaded or at a wrong voltage
+    |   +-- SetpointError               a setpoint function that stalls or gives no posture
     |   +-- TorqueOnError               what only a limp servo takes, for one under torque
     |   +-- NoWatchdogError             servos that a lost host would leave moving
     +-- RefusedMotionError              exit 4: a motion that must not start
@@ -266,6 +267,10 @@ class NoWatchdogError(ArmFaultError):
     def __init__(self, message: str, servo_ids: tuple[int, ...]) -> None:
         super().__init__(message)
         self.servo_ids = servo_ids
+
+
+class SetpointError(ArmFaultError):
+    """A setpoint function of the caller's stalled, or gave something that is no posture."""
 
 
 class RefusedMotionError(ArmsynError):

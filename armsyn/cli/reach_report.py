@@ -82,7 +82,7 @@ def summary(done: Done) -> dict[str, Any]:
         "missed_ticks": recording.missed_ticks,
         "command_success_rate": recording.command_success_rate,
         "rate_hz": recording.rate_hz,
-        "events": [f"{time:.3f} s: {text}" for time, text in recording.events],
+        "events": [f"{event.time:.3f} s: {event.text}" for event in recording.events],
     }
     if done.back is not None:
         document["return"] = _leg(done.back, measured, slice(split, return_row(done) + 1))

@@ -1,16 +1,21 @@
 """Talking to an arm: bus, checks before torque, streaming, recording."""
 
+from armsyn.driver.log import Event
 from armsyn.driver.path import straight_way
-from armsyn.driver.recording import Ending, Recording
+from armsyn.driver.recording import Ending, Recording, fingerprint
 from armsyn.driver.recording_files import check_recording_path, save_recording
+from armsyn.driver.recording_load import load_recording
 from armsyn.driver.session import ArmSession, clear_watchdogs
 
 __all__ = [
     "ArmSession",
     "Ending",
+    "Event",
     "Recording",
     "check_recording_path",
     "clear_watchdogs",
+    "fingerprint",
+    "load_recording",
     "save_recording",
     "straight_way",
 ]

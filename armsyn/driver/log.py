@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal, NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,8 +12,31 @@ from armsyn.driver.joints import JointState
 FloatArray = NDArray[np.float64]
 
 
+Level = Literal["info", "warning", "fault"]
+"""How grave an event is."""
+
+
+class Event(NamedTuple):
+    """What happened.
+
+    Attributes
+    ----------
+    time : float
+        s.
+    text : str
+        One line, for people.
+    level : Level
+    """
+
+    time: float
+    text: str
+    level: Level = "info"
+
+
 class StreamLog:
     """One row a tick.
+
+    All memory is touched beforehand, so that a stream neither grows nor waits for pages.
 
     Parameters
     ----------
@@ -23,37 +48,51 @@ class StreamLog:
     ----------
     rows, dropped : int
         Rows written, and rows that did not fit.
-    events : list of (float, str)
-        What happened, with its time, s.
+    events : list of Event
     """
 
     def __init__(self, capacity: int, joints: int) -> None:
         shape = (capacity, joints)
-        self.time = np.zeros(capacity)
-        self.commanded = np.zeros(shape)
-        self.measured = np.zeros(shape)
-        self.velocity = np.zeros(shape)
-        self.current = np.zeros(shape)
-        self.stale = np.zeros(shape, dtype=np.bool_)
-        self.hardware_error = np.zeros(shape, dtype=np.uint8)
+        self.time = np.full(capacity, 0.0)
+        self.commanded = np.full(shape, 0.0)
+        self.sent = np.full(shape, 0.0)
+        self.measured = np.full(shape, 0.0)
+        self.velocity = np.full(shape, 0.0)
+        self.current = np.full(shape, 0.0)
+        self.temperature = np.full(shape, np.nan, dtype=np.float32)
+        self.voltage = np.full(shape, np.nan, dtype=np.float32)
+        self.stale = np.full(shape, False)
+        self.hardware_error = np.full(shape, 0, dtype=np.uint8)
         self.rows = 0
         self.dropped = 0
-        self.events: list[tuple[float, str]] = []
+        self.events: list[Event] = []
 
     def append(
         self,
         time: float,
         command: FloatArray,
+        sent: FloatArray,
         state: JointState,
         hardware_error: NDArray[np.uint8],
     ) -> None:
-        """Write a row; nothing is allocated."""
+        """Write a row; nothing is allocated.
+
+        Parameters
+        ----------
+        time : float
+            s.
+        command, sent : array, shape (n,)
+            The posture wanted, and the goals that were sent for it, rad.
+        state : JointState
+        hardware_error : array of uint8, shape (n,)
+        """
         row = self.rows
         if row == self.time.size:
             self.dropped += 1
             return
         self.time[row] = time
         self.commanded[row] = command
+        self.sent[row] = sent
         self.measured[row] = state.position
         self.velocity[row] = state.velocity
         self.current[row] = state.current
@@ -61,6 +100,6 @@ class StreamLog:
         self.hardware_error[row] = hardware_error
         self.rows = row + 1
 
-    def note(self, time: float, text: str) -> None:
+    def note(self, time: float, text: str, level: Level = "info") -> None:
         """Keep an event."""
-        self.events.append((time, text))
+        self.events.append(Event(time, text, level))

@@ -24,6 +24,9 @@ _MARGIN = 1.05
 _SHORTEST_WAY = 0.3
 """Seconds of the shortest straight way."""
 
+_ALMOST = 1.0 - 1e-9
+"""Part of a ramp from which on it is over, but for rounding."""
+
 
 def minimum_jerk(x: ArrayLike) -> FloatArray:
     """From 0 at `x` <= 0 to 1 at `x` >= 1 (Flash and Hogan, J. Neurosci. 5, 1985, eq. 6)."""
@@ -72,11 +75,6 @@ class Path:
             posture += self._offset * (1.0 - minimum_jerk(t / self._blend))
         return np.asarray(posture)
 
-    def speed_at(self, path_time: float, period: float) -> FloatArray:
-        """Greatest joint speeds about a path time, shape (n,), rad/s."""
-        back, here, ahead = (self.at(path_time + d) for d in (-period, 0.0, period))
-        return np.asarray(np.maximum(np.abs(here - back), np.abs(ahead - here)) / period)
-
 
 def _monotone_slopes(time: FloatArray, values: FloatArray) -> FloatArray:
     secants = np.diff(values, axis=0) / np.diff(time)[:, None]
@@ -90,37 +88,49 @@ def _monotone_slopes(time: FloatArray, values: FloatArray) -> FloatArray:
 
 
 class PathTime:
-    """How fast path time passes: 1 while streaming, ramping to 0 for a stop on the path."""
+    """How fast path time passes: 1 while streaming, ramping to 0 for a stop on the path.
+
+    Ramps begin and end smoothly (smoothstep), so that they ask for no leap of acceleration.
+    """
 
     def __init__(self) -> None:
         self.now = 0.0
-        self._scale = 1.0
-        self._change = 0.0
+        self._scale = self._from = 1.0
+        self._to = 1.0
+        self._elapsed = self._ramp = 0.0
 
     @property
     def stopping(self) -> bool:
         """Whether it ramps down, or has."""
-        return self._change < 0.0 or self.stopped
+        return self._to == 0.0
 
     @property
     def stopped(self) -> bool:
         """Whether path time stands still for good."""
-        return self._scale == 0.0 and self._change <= 0.0
+        return self.stopping and self._scale == 0.0
 
     def stop(self, duration: float) -> None:
         """Ramp down to a standstill in `duration` seconds."""
-        self._change = -1.0 / duration
+        self._begin(self._scale, 0.0, duration)
 
     def resume_from_rest(self, duration: float) -> None:
         """Start again from a standstill, at full pace after `duration` seconds."""
-        self._scale, self._change = 0.0, 1.0 / duration
+        self._begin(0.0, 1.0, duration)
+
+    def _begin(self, start: float, end: float, duration: float) -> None:
+        self._scale = self._from = start
+        self._to = end
+        self._elapsed, self._ramp = 0.0, duration
 
     def advance(self, period: float) -> float:
         """Let `period` seconds pass; returns the new path time, s."""
         before = self._scale
-        self._scale = min(max(before + self._change * period, 0.0), 1.0)
-        if self._scale == 1.0:
-            self._change = 0.0
+        self._elapsed += period
+        if self._elapsed >= self._ramp * _ALMOST:
+            self._scale = self._to
+        else:
+            u = self._elapsed / self._ramp
+            self._scale = self._from + (self._to - self._from) * u * u * (3.0 - 2.0 * u)
         self.now += 0.5 * (before + self._scale) * period
         return self.now
 

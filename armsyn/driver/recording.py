@@ -7,14 +7,17 @@ gives the measured motion; what goes beyond a motion stands beside it.
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass, fields
+import hashlib
+from dataclasses import dataclass, field, fields
 from typing import Self
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+import armsyn
 from armsyn.arm import ArmDescription
-from armsyn.driver.log import StreamLog
+from armsyn.driver.log import Event, StreamLog
 from armsyn.errors import FormatError
 from armsyn.motion import Motion
 
@@ -38,6 +41,19 @@ class Ending(enum.Enum):
     STOPPED_PARKED = "stopped on request, moved to the rest posture, torque on, holding"
     ABORTED = f"held at once on the second request to stop, torque on; {CLEARING}"
     FAULT = f"held at once on a fault, torque as the fault left it; {CLEARING}"
+    OBSERVED = "only recorded: nothing was written to the servos"
+
+
+def _not_given() -> FloatArray:
+    return np.empty(0)
+
+
+def fingerprint(arm: ArmDescription) -> str:
+    """SHA-256 of a description as it is used, with what a calibration changed in it; hex digits.
+
+    Comments and layout of the files do not count.
+    """
+    return hashlib.sha256(msgspec.json.encode(arm)).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -55,6 +71,7 @@ class Recording:
     time_s : array, shape (ticks,)
         When each command was sent, s from the stream's start, on the monotonic clock.
     commanded_rad : array, shape (ticks, n)
+        The posture wanted; NaN where the arm was only observed.
     measured_rad : array, shape (ticks, n)
         The last known angle where a reply was lost (`stale`).
     velocity_rad_s, current_a : array, shape (ticks, n)
@@ -63,8 +80,8 @@ class Recording:
         Where no reply came.
     hardware_error : array of uint8, shape (ticks, n)
         Hardware Error Status (register 70), as far as it was read.
-    events : tuple of (float, str)
-        What happened when, s.
+    events : tuple of Event
+        What happened when, and how grave it is.
     ticks, missed_ticks : int
         Commands sent; ticks skipped because the host was late.
     dropped_rows : int
@@ -72,6 +89,14 @@ class Recording:
     command_success_rate : float
         Part of the last 100 commands that went out in time and were answered by all.
     ending : Ending
+    sent_rad : array, shape (ticks, n)
+        Goals that the servos were sent: they lead `commanded_rad` against gravity. The same as
+        that where nothing else is given.
+    temperature_c, voltage_v : array, shape (ticks, n)
+        As the slow check read them last, degrees Celsius and V; NaN where it has not yet.
+    description_sha256 : str
+        Of the arm's description with its calibration, as the driver used it (`fingerprint`).
+    driver_version : str
     """
 
     arm: str
@@ -86,14 +111,25 @@ class Recording:
     current_a: FloatArray
     stale: NDArray[np.bool_]
     hardware_error: NDArray[np.uint8]
-    events: tuple[tuple[float, str], ...]
+    events: tuple[Event, ...]
     ticks: int
     missed_ticks: int
     dropped_rows: int
     command_success_rate: float
     ending: Ending
+    sent_rad: FloatArray = field(default_factory=_not_given)
+    temperature_c: FloatArray = field(default_factory=_not_given)
+    voltage_v: FloatArray = field(default_factory=_not_given)
+    description_sha256: str = ""
+    driver_version: str = armsyn.__version__
 
     def __post_init__(self) -> None:
+        shape = self.commanded_rad.shape
+        if self.sent_rad.shape != shape:
+            object.__setattr__(self, "sent_rad", self.commanded_rad)
+        for name in ("temperature_c", "voltage_v"):
+            if getattr(self, name).shape != shape:
+                object.__setattr__(self, name, np.full(shape, np.nan))
         for item in fields(self):
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
@@ -123,9 +159,12 @@ class Recording:
             rate_hz=rate_hz,
             time_s=log.time[kept].copy(),
             commanded_rad=log.commanded[kept].copy(),
+            sent_rad=log.sent[kept].copy(),
             measured_rad=log.measured[kept].copy(),
             velocity_rad_s=log.velocity[kept].copy(),
             current_a=log.current[kept].copy(),
+            temperature_c=log.temperature[kept].astype(np.float64),
+            voltage_v=log.voltage[kept].astype(np.float64),
             stale=log.stale[kept].copy(),
             hardware_error=log.hardware_error[kept].copy(),
             events=tuple(log.events),
@@ -134,6 +173,7 @@ class Recording:
             dropped_rows=log.dropped,
             command_success_rate=command_success_rate,
             ending=ending,
+            description_sha256=fingerprint(arm),
         )
 
     @property
@@ -183,4 +223,5 @@ class Recording:
     def tracking_rms(self) -> float:
         """Root mean square of measured minus commanded angles, over ticks and joints, rad."""
         error = (self.measured_rad - self.commanded_rad)[~self.stale]
+        error = error[np.isfinite(error)]
         return float(np.sqrt(np.mean(error**2))) if error.size else float("nan")

@@ -4,6 +4,7 @@ They follow ``armsyn-motion-1`` (see `armsyn.motion.formats`), so that reading o
 the measured motion with its landmarks. Beside it stand, in npz, keys of the recording's own fields
 (``commanded_rad``, ``velocity_rad_s``, ``current_a``, ``stale``, ``hardware_error``, ``arm``,
 ``port``, ``simulated``, ...) and, in CSV, a column ``JOINT:QUANTITY`` for each of its arrays.
+`load_recording` reads npz back; keys that an older file lacks take their defaults.
 """
 
 from __future__ import annotations
@@ -19,12 +20,15 @@ from armsyn.driver.recording import Recording
 from armsyn.errors import FormatError
 from armsyn.motion.formats import csv_format, npz_format
 
-ARRAYS = ("commanded_rad", "velocity_rad_s", "current_a", "stale", "hardware_error")
+ARRAYS = (
+    *("commanded_rad", "sent_rad", "velocity_rad_s", "current_a", "temperature_c", "voltage_v"),
+    *("stale", "hardware_error"),
+)
 """Fields with one column a joint."""
 
 FACTS = (
     *("arm", "port", "simulated", "rate_hz", "ticks", "missed_ticks", "dropped_rows"),
-    "command_success_rate",
+    *("command_success_rate", "description_sha256", "driver_version"),
 )
 """Fields with one value."""
 
@@ -77,8 +81,11 @@ def save_recording(path: Path | str, recording: Recording, arm: ArmDescription) 
 def _keys(recording: Recording) -> dict[str, NDArray[Any]]:
     keys = {name: np.asarray(getattr(recording, name)) for name in (*ARRAYS, *FACTS)}
     keys["ending"] = np.asarray(recording.ending.name)
-    keys["event_time_s"] = np.array([time for time, _ in recording.events], dtype=np.float64)
-    keys["event_text"] = np.array([text for _, text in recording.events], dtype=np.str_)
+    keys["measured_rad"] = recording.measured_rad
+    events = recording.events
+    keys["event_time_s"] = np.array([event.time for event in events], dtype=np.float64)
+    keys["event_text"] = np.array([event.text for event in events], dtype=np.str_)
+    keys["event_level"] = np.array([event.level for event in events], dtype=np.str_)
     return keys
 
 

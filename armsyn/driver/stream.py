@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.driver.clock import Clock
+from armsyn.driver.course import Course, Followable, PathCourse
+from armsyn.driver.gravity import GoalLead
 from armsyn.driver.joints import Health, JointState
-from armsyn.driver.log import StreamLog
-from armsyn.driver.path import Path, PathTime
+from armsyn.driver.log import Level, StreamLog
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.watch import ArmWatch, WatchSettings
 from armsyn.errors import ArmFaultError, CommandFaultError
@@ -34,12 +35,12 @@ HEALTH_INTERVAL = 0.25
 REST_AFTER = 0.02
 """Seconds of stall after which the stream starts from rest again."""
 
-SHORTEST_RAMP = 0.2
-"""Seconds of the shortest deceleration along the path."""
-
 LONGEST_SETTLING = 0.5
 """Seconds that the stream waits at its end for the arm to arrive; if it does not, an event says
 which joint stands how far off its goal."""
+
+LONGEST_CORRECTION = 2.5
+"""The same, where goals are corrected by what is measured."""
 
 SETTLED_TICKS = 10
 """Ticks in a row at its goal and at rest after which the arm has arrived."""
@@ -81,16 +82,20 @@ class Streamer:
     longest_stall : float
         Seconds without a command after which the servos have stopped themselves.
     commanded : array, shape (n,)
-        Where the goals stand, rad; afterwards the last goals sent.
+        The posture that the goals now stand for, rad; afterwards the last one wanted.
     log : StreamLog
     stops : StopRequests
     clock : Clock
     on_tick : callable, optional
+    lead : GoalLead, optional
+        What goals lead the wanted posture by, against gravity; without it they are the same.
 
     Attributes
     ----------
     measured : array, shape (n,)
         Where the arm was last seen, rad.
+    sent : array, shape (n,)
+        The last goals that the servos were sent, rad.
     ticks, missed_ticks : int
         Commands sent, and ticks skipped because the host was late.
     """
@@ -104,12 +109,15 @@ class Streamer:
     stops: StopRequests
     clock: Clock
     on_tick: OnTick | None = None
+    lead: GoalLead | None = None
     ticks: int = 0
     missed_ticks: int = 0
 
     def __post_init__(self) -> None:
         n = self.commanded.size
         self.measured = np.full(n, np.nan)
+        self.sent = self.commanded if self.lead is None else self.commanded + self.lead.lead
+        self._state: JointState | None = None
         self.begin()
         self._health_every = max(1, round(HEALTH_INTERVAL / self.settings.period / n))
 
@@ -118,16 +126,34 @@ class Streamer:
         self._start = self._next = self._last_sent = self.clock.now()
         self.watch = ArmWatch(self.settings, self._start)
 
-    def note(self, text: str) -> None:
-        """Keep an event in the log."""
-        self.log.note(self.clock.now() - self._start, text)
+    @property
+    def longest_settling(self) -> float:
+        """Seconds that the end of a course may take."""
+        return LONGEST_SETTLING if self.lead is None else LONGEST_CORRECTION
 
-    def follow(self, path: Path, *, may_stop: bool = True) -> Outcome:
-        """Stream a path from its start, and wait at its end for the arm to arrive.
+    def note(self, text: str, level: Level = "info") -> None:
+        """Keep an event in the log."""
+        self.log.note(self.clock.now() - self._start, text, level)
+
+    def follow(self, path: Followable, *, may_stop: bool = True) -> Outcome:
+        """Stream a path from its start; `run` with a course along it, which see.
 
         Parameters
         ----------
-        path : Path
+        path : Followable
+            Starting where the goals stand.
+        may_stop : bool
+            As `run`.
+        """
+        course = PathCourse(path, self.max_acceleration, self.settings.period)
+        return self.run(course, may_stop=may_stop)
+
+    def run(self, course: Course, *, may_stop: bool = True) -> Outcome:
+        """Stream a course from its start, and wait at its end for the arm to arrive.
+
+        Parameters
+        ----------
+        course : Course
             Starting where the goals stand.
         may_stop : bool
             Whether the first request to stop decelerates; the second always aborts.
@@ -149,33 +175,46 @@ class Streamer:
         PortLostError
             The port went away.
         """
-        path_time = PathTime()
         self.watch.settled_ticks = 0
         self._next = max(self._next, self.clock.now())
-        settling = 0.0
+        settling, calm = 0.0, 0
         while True:
             stall = self._wait_for_tick()
             if self.stops.count > 1:
                 return Outcome.ABORTED
-            self._pace(path, path_time, stall, stop=may_stop and self.stops.count == 1)
-            self._tick(path.at(path_time.advance(self.settings.period)))
+            self._pace(course, stall, stop=may_stop and self.stops.count == 1)
+            self._tick(course.advance(self._state))
             if self.on_tick is not None:
-                self.on_tick(path_time.now, path.duration)
-            if path_time.stopped or path_time.now >= path.duration:
+                self.on_tick(course.now, course.duration)
+            if course.finished:
                 settling += self.settings.period
-                settled = self.watch.settled_ticks >= SETTLED_TICKS
-                if settled or settling >= LONGEST_SETTLING:
-                    if not settled:
-                        self._note_miss()
-                    return Outcome.STOPPED if path_time.stopping else Outcome.ARRIVED
+                calm = calm + 1 if self._arrived() else 0
+                longest = LONGEST_SETTLING if course.stopping else self.longest_settling
+                if calm >= SETTLED_TICKS or settling >= longest:
+                    self._note_end(settling, arrived=calm >= SETTLED_TICKS)
+                    return Outcome.STOPPED if course.stopping else Outcome.ARRIVED
 
-    def _note_miss(self) -> None:
-        miss = np.abs(self.measured - self.commanded)
-        joint = int(np.argmax(miss))
-        self.note(
-            f"not at rest on its goals after {LONGEST_SETTLING:g} s: stands {miss[joint]:.3f} rad"
-            f" off its goal at {self.settings.limits.names[joint]}"
-        )
+    def _arrived(self) -> bool:
+        """Whether the arm stands where it should; corrects its goals until it does."""
+        if self.lead is not None and self._state is not None:
+            self.lead.correct(self.commanded, self._state)
+            if not self.lead.content:
+                return False
+        return self.watch.settled_ticks > 0
+
+    def _note_end(self, settling: float, *, arrived: bool) -> None:
+        names = self.settings.limits.names
+        if self.lead is not None and self.lead.limited.any():
+            name = names[int(np.argmax(self.lead.limited))]
+            self.note(f"{name} sags: its goal cannot lead beyond its range", "warning")
+        if not arrived:
+            miss = np.abs(self.measured - self.commanded)
+            row = int(np.argmax(miss))
+            self.note(
+                f"not at rest on its goals after {settling:.3g} s: stands {miss[row]:.3f} rad off"
+                f" its goal at {names[row]}",
+                "warning",
+            )
 
     def _wait_for_tick(self) -> float:
         """Wait for the next deadline; returns the time of the whole ticks that were missed, s."""
@@ -194,22 +233,19 @@ class Streamer:
             )
         return missed * period
 
-    def _pace(self, path: Path, path_time: PathTime, stall: float, *, stop: bool) -> None:
-        """Let path time slow down for a stop, or start from rest after a stall."""
-        if path_time.stopping or not (stop or stall > REST_AFTER):
+    def _pace(self, course: Course, stall: float, *, stop: bool) -> None:
+        """Let the course slow down for a stop, or start from rest after a stall."""
+        if course.stopping or not (stop or stall > REST_AFTER):
             return
-        # half of the acceleration that the joints may have; the path itself needs some, too
-        speed = path.speed_at(path_time.now, self.settings.period)
-        ramp = max(SHORTEST_RAMP, 2.0 * float(np.max(speed / self.max_acceleration)))
         if stop:
             self.note("asked to stop: decelerating")
-            path_time.stop(ramp)
+            course.stop()
         else:
-            self.note(f"the host stalled for {stall:.3f} s: starting from rest again")
-            path_time.resume_from_rest(ramp)
+            self.note(f"the host stalled for {stall:.3f} s: starting from rest again", "warning")
+            course.resume_from_rest()
 
-    def _tick(self, command: FloatArray) -> None:
-        refusal = check_command(command, self.commanded, self.settings.limits)
+    def _tick(self, wanted: FloatArray) -> None:
+        refusal = check_command(wanted, self.commanded, self.settings.limits)
         if refusal is not None:
             raise CommandFaultError(
                 f"{refusal}: the motion went wrong on its way and was stopped; plan it again",
@@ -217,16 +253,20 @@ class Streamer:
                 refusal.value,
                 refusal.limit,
             ) from refusal
+        goals = wanted if self.lead is None else self.lead.goals(wanted)
         self._last_sent = self.clock.now()
-        state = self.link.exchange(command)
-        before, self.commanded = self.commanded, command
+        state = self.link.exchange(goals)
+        before, self.commanded, self.sent = self.commanded, wanted, goals
+        self._state = state
         self.measured[:] = state.position
         self.ticks += 1
         now = self.clock.now()
-        self.watch.update(now, before, command, state)
+        self.watch.update(now, before, wanted, state)
         health_fault = self._check_health(state)
-        self.log.append(self._last_sent - self._start, command, state, self.watch.hardware_error)
-        fault_found = health_fault or self.watch.fault(now, command, state)
+        self.log.append(
+            self._last_sent - self._start, wanted, goals, state, self.watch.hardware_error
+        )
+        fault_found = health_fault or self.watch.fault(now, wanted, state)
         if fault_found is not None:
             raise fault_found
 

@@ -255,7 +255,7 @@ def test_a_short_stall_starts_from_rest_again(stepped: SteppedArm) -> None:
     recording = stepped.session().run(stepped.way(*LARGE))
     assert recording.ending is Ending.COMPLETED
     assert recording.missed_ticks in (19, 20)
-    assert any("starting from rest" in text for _, text in recording.events)
+    assert any("starting from rest" in event.text for event in recording.events)
     steps = np.abs(np.diff(recording.commanded_rad, axis=0))
     assert (steps <= stepped.description.max_velocity / 200.0 * 1.05).all()  # never a jump
 

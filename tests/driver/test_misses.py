@@ -32,7 +32,7 @@ def test_a_target_that_is_missed_is_said(stepped: SteppedArm) -> None:
     assert way.angles is not None
     off = abs(stepped.positions()[ELBOW] - way.angles[-1, ELBOW])
     assert off > PARK_TOLERANCE
-    (time, text), _ = recording.events
+    (time, text, _), _ = recording.events
     assert text.startswith(f"not at rest on its goals after {LONGEST_SETTLING:g} s: stands ")
     assert text.endswith("rad off its goal at elbow_flexion")
     assert float(text.split("stands ")[1].split()[0]) == pytest.approx(off, abs=2e-3)
@@ -41,7 +41,7 @@ def test_a_target_that_is_missed_is_said(stepped: SteppedArm) -> None:
 
 def test_a_target_that_is_met_needs_no_words(stepped: SteppedArm) -> None:
     recording = stepped.session().run(stepped.way(*LARGE))
-    assert [text for _, text in recording.events] == [Ending.COMPLETED.value]
+    assert [event.text for event in recording.events] == [Ending.COMPLETED.value]
 
 
 def test_an_arm_that_does_not_reach_rest_is_not_let_go(stepped: SteppedArm) -> None:
@@ -83,6 +83,6 @@ def test_a_stop_that_does_not_reach_rest_does_not_say_so(stepped: SteppedArm) ->
     session = stepped.session()
     stepped.at(0.35, session.stops.request)
     recording = session.run(stepped.way(*LARGE))
-    assert any(text == "moving to the rest posture" for _, text in recording.events)
+    assert any(event.text == "moving to the rest posture" for event in recording.events)
     assert recording.ending is Ending.STOPPED_HOLDING
     assert stepped.torque() == [1] * 7

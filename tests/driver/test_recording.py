@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from armsyn.arm import ArmDescription
 from armsyn.driver import Ending, Recording, check_recording_path, save_recording
 from armsyn.driver.joints import JointState
-from armsyn.driver.log import StreamLog
+from armsyn.driver.log import Event, StreamLog
 from armsyn.errors import FormatError, InputError
 from armsyn.motion.formats import read_motion
 
@@ -37,7 +37,7 @@ def recording(human7: ArmDescription) -> Recording:
         current_a=np.where(np.arange(7) == 2, np.nan, 0.1) * np.ones((TICKS, 7)),
         stale=stale,
         hardware_error=np.zeros((TICKS, 7), dtype=np.uint8),
-        events=((0.1, "asked to stop: decelerating"),),
+        events=(Event(0.1, "asked to stop: decelerating"),),
         ticks=TICKS,
         missed_ticks=1,
         dropped_rows=0,
@@ -128,5 +128,5 @@ def test_a_full_log_drops_and_counts() -> None:
     one = np.ones(1)
     state = JointState(one, one, one, np.array([True]), np.array([False]))
     for tick in range(5):
-        log.append(tick * 0.1, one, state, np.zeros(1, dtype=np.uint8))
+        log.append(tick * 0.1, one, one, state, np.zeros(1, dtype=np.uint8))
     assert (log.rows, log.dropped) == (2, 3)

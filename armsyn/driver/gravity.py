@@ -1,0 +1,267 @@
+"""Goals that bring a loaded arm where it should be: it sags by what its position loops give way.
+
+A position loop without integral part turns an error into torque: P/128 counts of PWM a tick, 885
+counts are the whole voltage (e-Manual, "Position PID Gain", "Goal PWM"), and the whole voltage
+gives the stall torque when nothing turns. So a joint is a spring,
+
+    k = (P / 128) / 885 / tick * stall torque * voltage / nominal voltage,    N m/rad,
+
+that a load tau bends by tau / k. Two things are done about it: goals lead the wanted posture by the
+declared masses' `gravity_torque` over k (feed-forward), and while the arm stands at the end of its
+way, goals are slowly moved by what is measured to be left (correction). The first needs masses and
+is there during the motion; the second needs none and finds what the first does not know: another
+load, friction, a sagging supply. No gain is written to any servo.
+
+Where a servo has an integral gain of its own it needs no feed-forward; where its loop is another
+one (Protocol 1.0, XL-320) only the correction works.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription, gravity_torque
+from armsyn.driver.joints import JointState
+from armsyn.driver.motors import stall_torque
+from armsyn.driver.path import minimum_jerk
+from armsyn.driver.servos import ServoGroup
+
+FloatArray = NDArray[np.float64]
+
+FULL_PWM = 885
+"""Counts of PWM that are the whole voltage (e-Manual, Goal PWM: 0.113 % each)."""
+
+LARGEST_FEEDFORWARD = 0.2
+LARGEST_CORRECTION = 0.1
+"""rad that goals may lead by, at most."""
+
+FADE = 0.25
+"""Seconds in which the feed-forward comes up under an arm that was limp."""
+
+CORRECTION_RATE = 4.0
+"""1/s: the part of the remaining error that goals move by. A loop with gravity's load follows its
+goal with a time constant of 40-70 ms, so this settles without overshoot up to 1 / (4 x 67 ms)."""
+
+FASTEST_CORRECTION = 0.2
+"""rad/s that a correction may move a goal by."""
+
+FASTEST_LEAD = 1.0
+"""rad/s that goals may move against the wanted posture in all."""
+
+HELD_BACK = 0.12
+"""rad from its goal from which on a joint is held by something: no correction pushes there."""
+
+STANDING = 0.05
+"""rad/s below which a joint stands, so that what is off is no lag."""
+
+DEAD_BAND = 1.0
+"""Ticks that a joint may be off: an encoder shows no less."""
+
+_INTERVAL = 0.02
+"""Seconds for which a gravity torque is good."""
+
+
+def read_stiffness(group: ServoGroup, arm: ArmDescription) -> FloatArray:
+    """Read how stiff the servos' position loops make the joints.
+
+    Parameters
+    ----------
+    group : ServoGroup
+        All servos of the arm; shadows add to their joint.
+    arm : ArmDescription
+
+    Returns
+    -------
+    array, shape (n,)
+        N m/rad; inf where a servo's own integral gain holds the joint, NaN where it is not known.
+
+    Raises
+    ------
+    BusError, PortLostError
+        As the bus.
+    """
+    moving = [servo for servo in arm.servo if servo.joint in arm.joint_names]
+    spoken = group.having("Goal PWM", [servo.id for servo in moving])
+    proportional = group.read("Position P Gain", spoken)
+    integral = group.read("Position I Gain", spoken)
+    volts = group.read("Present Input Voltage", spoken)
+    stiffness = dict.fromkeys(arm.joint_names, 0.0)
+    for servo in moving:
+        if integral.get(servo.id):
+            found = float("inf")
+        elif servo.id not in proportional:
+            found = float("nan")
+        else:
+            found = stiffness_of(servo.model, proportional[servo.id], 0.1 * volts[servo.id])
+        stiffness[servo.joint] += found
+    return np.array([stiffness[name] for name in arm.joint_names])
+
+
+def stiffness_of(model: str, p_gain: int, volts: float) -> float:
+    """Stiffness of a position loop of the X series (and MX with Protocol 2.0).
+
+    Parameters
+    ----------
+    model : str
+    p_gain : int
+        Of register 84.
+    volts : float
+
+    Returns
+    -------
+    float
+        N m/rad; NaN for a model whose stall torque is not known.
+    """
+    duty_per_radian = p_gain / 128.0 / FULL_PWM * 4096.0 / (2.0 * np.pi)
+    return duty_per_radian * stall_torque(model, volts)
+
+
+@dataclass(frozen=True)
+class LeadSettings:
+    """What leads are worked out from.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    stiffness : array, shape (n,)
+        Of `read_stiffness`, N m/rad.
+    lower, upper : array, shape (n,)
+        Range that goals must keep, rad: the joints' and the servos' own limits.
+    period : float
+        Of the ticks, s.
+    """
+
+    arm: ArmDescription
+    stiffness: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    period: float
+
+    @property
+    def has_masses(self) -> bool:
+        """Whether the arm declares the masses that a feed-forward needs."""
+        return all(joint.link is not None for joint in self.arm.joint)
+
+    def feedforward(self, posture: FloatArray) -> FloatArray:
+        """Lead that holds a posture against gravity, shape (n,), rad; 0 where it is not known."""
+        if not self.has_masses:
+            return np.zeros(posture.size)
+        lead = gravity_torque(self.arm, posture) / self.stiffness
+        lead[~np.isfinite(lead)] = 0.0
+        return np.asarray(np.clip(lead, -LARGEST_FEEDFORWARD, LARGEST_FEEDFORWARD))
+
+    def sayings(self, posture: FloatArray) -> str:
+        """What to expect of the arm at a posture, in one line, for people."""
+        if not self.has_masses:
+            firm = np.isfinite(self.stiffness) & (self.stiffness > 0.0)
+            if not firm.any():
+                return "no masses are declared: how far the arm droops is not known"
+            joint = int(np.argmin(np.where(firm, self.stiffness, np.inf)))
+            return (
+                "no masses are declared: the arm droops until it is corrected at the end of its"
+                f" way, {self.arm.joint_names[joint]} by"
+                f" {np.degrees(1.0 / self.stiffness[joint]):.1f} degrees for each N m on it"
+            )
+        lead = self.feedforward(posture)
+        joint = int(np.argmax(np.abs(lead)))
+        return (
+            f"goals lead by up to {np.degrees(abs(lead[joint])):.1f} degrees"
+            f" ({self.arm.joint_names[joint]}) against gravity"
+        )
+
+
+class GoalLead:
+    """By how much goals lead the wanted posture.
+
+    Parameters
+    ----------
+    settings : LeadSettings
+    wanted : array, shape (n,)
+        Where the arm is, rad.
+    sent : array, shape (n,)
+        Goals that the servos have: their difference to `wanted` is what holds the arm now.
+
+    Attributes
+    ----------
+    lead : array, shape (n,)
+        rad.
+    content : bool
+        Whether the correction has nothing left to do.
+    limited : array of bool, shape (n,)
+        Joints whose goal would have had to leave its range.
+    """
+
+    def __init__(self, settings: LeadSettings, wanted: FloatArray, sent: FloatArray) -> None:
+        self.settings = settings
+        n = wanted.size
+        self._tick = np.abs(np.broadcast_to(settings.arm.calibration.radians_per_tick, (n,)))
+        self._feedforward = self._next = settings.feedforward(wanted)
+        # what held the arm till now beyond the feed-forward goes on holding it ...
+        held = (sent - wanted).astype(np.float64)
+        self._correction = np.clip(
+            np.where(held != 0.0, held - self._feedforward, 0.0),
+            -LARGEST_CORRECTION,
+            LARGEST_CORRECTION,
+        )
+        # ... and what is missing to the feed-forward under a limp arm comes up softly
+        self._fading = held - self._feedforward - self._correction
+        self.lead = held
+        self.content = False
+        self.limited = np.zeros(n, dtype=np.bool_)
+        self._ticks = 0
+        self._every = max(1, round(_INTERVAL / settings.period))
+        self._good = np.zeros(n, dtype=np.int64)
+
+    def goals(self, wanted: FloatArray) -> FloatArray:
+        """Goals that bring the arm to a posture; both of shape (n,), rad. Call it once a tick."""
+        settings = self.settings
+        turn, rest = divmod(self._ticks, self._every)
+        del turn
+        if rest == 0:
+            self._feedforward, self._next = self._next, settings.feedforward(wanted)
+        self._ticks += 1
+        part = (rest + 1) / self._every
+        target = self._feedforward + part * (self._next - self._feedforward) + self._correction
+        left = 1.0 - minimum_jerk(self._ticks * settings.period / FADE)
+        target += self._fading * left
+        most = FASTEST_LEAD * settings.period
+        lead = self.lead + np.clip(target - self.lead, -most, most)
+        # a posture within its limits stays reachable: only the lead gives way
+        low, high = np.minimum(settings.lower, wanted), np.maximum(settings.upper, wanted)
+        goals = np.clip(wanted + lead, low, high)
+        np.greater(np.abs(wanted + lead - goals), self._tick, out=self.limited)
+        self.lead = goals - wanted
+        return np.asarray(goals)
+
+    def correct(self, wanted: FloatArray, state: JointState) -> None:
+        """Take in what is measured while the wanted posture stands still.
+
+        Parameters
+        ----------
+        wanted : array, shape (n,)
+            rad.
+        state : JointState
+        """
+        error = wanted - state.position
+        size = np.abs(error)
+        off = size > DEAD_BAND * self._tick
+        most = FASTEST_CORRECTION * self.settings.period
+        change = np.clip(CORRECTION_RATE * self.settings.period * error, -most, most)
+        standing = (np.abs(state.velocity) < STANDING) & state.fresh
+        works = off & standing & (size < HELD_BACK) & ~self.limited
+        self._correction[works] += change[works]
+        np.clip(self._correction, -LARGEST_CORRECTION, LARGEST_CORRECTION, out=self._correction)
+        spent = np.abs(self._correction) >= LARGEST_CORRECTION
+        self.content = bool((~off | self.limited | spent | (size >= HELD_BACK)).all())
+
+
+def within(settings: LeadSettings, lower: FloatArray, upper: FloatArray) -> LeadSettings:
+    """Settings whose goals keep another range as well, shape (n,), rad."""
+    return replace(
+        settings,
+        lower=np.maximum(settings.lower, lower),
+        upper=np.minimum(settings.upper, upper),
+    )

@@ -1,0 +1,252 @@
+"""Setpoints from a function of the caller's instead of from a trajectory.
+
+The function runs in a thread of its own. One that does not answer in time cannot hold up the loop:
+the arm is held, and the run ends with a fault. Were the loop itself held up, the servos' own
+watchdog would stop them (`armsyn.driver.timing.WATCHDOG_SECONDS`).
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.driver.clock import Clock
+from armsyn.driver.course import Coast
+from armsyn.driver.joints import JointState
+from armsyn.driver.path import BLEND, PathTime, minimum_jerk
+from armsyn.errors import InputError, SetpointError
+
+FloatArray = NDArray[np.float64]
+
+Setpoint = Callable[[float, JointState], ArrayLike | None]
+"""``setpoint(t, state)``: the posture wanted, shape (n,), rad, `t` seconds after the start; None
+when it is finished. `state` is what the joints answered last, in arrays of its own. `t` goes on
+by one period a tick: it does not jump over ticks that were missed, and it runs slowly for
+a while after a stall, from which the arm starts again from rest. Called once more, with 0, before
+torque, to see where it starts."""
+
+PATIENCE = 0.1
+"""Seconds that a setpoint function may take: a third of the servos' watchdog."""
+
+
+class SetpointThread:
+    """Asks a setpoint function in a thread of its own.
+
+    Leaving the context lets the thread end; one that is stuck in the function stays behind (it
+    is a daemon), for nothing can end it.
+
+    Parameters
+    ----------
+    setpoint : Setpoint
+    clock : Clock
+        Of the stream.
+    """
+
+    def __init__(self, setpoint: Setpoint, clock: Clock) -> None:
+        self._setpoint = setpoint
+        self._clock = clock
+        self._questions: queue.SimpleQueue[tuple[float, JointState] | None] = queue.SimpleQueue()
+        self._answers: queue.SimpleQueue[tuple[Any, BaseException | None]] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._serve, name="armsyn setpoint", daemon=True)
+        self._stuck = False
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._questions.put(None)
+        if not self._stuck:
+            self._thread.join()
+
+    def ask(self, t: float, state: JointState) -> ArrayLike | None:
+        """Ask for the setpoint at a time.
+
+        Raises
+        ------
+        SetpointError
+            No answer in time.
+        Exception
+            What the function raised.
+        """
+        begin = self._clock.now()
+        self._questions.put((t, state))
+        try:
+            answer, error = self._answers.get(timeout=PATIENCE)
+        except queue.Empty:
+            self._stuck = True
+            raise _too_slow(t) from None
+        if error is not None:
+            raise error
+        if self._clock.now() - begin > PATIENCE:
+            raise _too_slow(t)
+        return answer  # type: ignore[no-any-return]
+
+    def _serve(self) -> None:
+        while (question := self._questions.get()) is not None:
+            try:
+                answer = (self._setpoint(*question), None)
+            except BaseException as error:  # noqa: BLE001 - it is raised where it was asked for
+                self._answers.put((None, error))
+            else:
+                self._answers.put(answer)
+
+
+def _too_slow(t: float) -> SetpointError:
+    return SetpointError(
+        f"the setpoint function took more than {PATIENCE:g} s for the setpoint at {t:.3f} s: let"
+        " it answer at once, and compute elsewhere"
+    )
+
+
+class SetpointCourse:
+    """A course along what a setpoint function says.
+
+    It begins, and goes on after a stall, from where the goals stand: the setpoints take over
+    within 0.25 s.
+
+    Parameters
+    ----------
+    thread : SetpointThread
+    start : array, shape (n,)
+        Where the goals stand, rad.
+    arm : ArmDescription
+    period : float
+        s.
+    longest : float
+        Seconds after which it comes to rest.
+    """
+
+    stopping = False
+
+    def __init__(
+        self,
+        thread: SetpointThread,
+        start: FloatArray,
+        arm: ArmDescription,
+        period: float,
+        longest: float,
+    ) -> None:
+        self.duration = longest
+        self._thread = thread
+        self._arm = arm
+        self._period = period
+        self._time = PathTime()
+        self._before = self._last = start
+        self._held, self._since = start, 0.0
+        self._coast: Coast | None = None
+        self._coasted = 0.0
+
+    @property
+    def now(self) -> float:
+        """Path time, s."""
+        return self._time.now
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has come to rest."""
+        return self._coast is not None and self._coasted >= self._coast.duration
+
+    def advance(self, state: JointState | None) -> FloatArray:
+        """Posture of the next tick, shape (n,), rad."""
+        wanted = None
+        if self._coast is None:
+            wanted = self._next(state)
+        if wanted is None:
+            wanted = self._next_at_rest()
+        self._before, self._last = self._last, wanted
+        return wanted
+
+    def _next(self, state: JointState | None) -> FloatArray | None:
+        t = self._time.advance(self._period)
+        if t > self.duration:
+            return None
+        seen = self.at_rest(self._last) if state is None else own_copy(state)
+        answer = self._thread.ask(t, seen)
+        if answer is None:
+            return None
+        wanted = checked_setpoint(answer, t, self._arm)
+        self._since += self._period
+        if self._since >= BLEND:
+            return wanted
+        return np.asarray(self._held + minimum_jerk(self._since / BLEND) * (wanted - self._held))
+
+    def _next_at_rest(self) -> FloatArray:
+        if self._coast is None:
+            chain, velocity = self._arm.chain, (self._last - self._before) / self._period
+            self._coast = Coast(
+                self._last, velocity, self._arm.max_acceleration, chain.lower, chain.upper
+            )
+        self._coasted += self._period
+        return self._coast.at(self._coasted)
+
+    def stop(self) -> None:
+        """Ask no more, and come to rest."""
+        self.stopping = True
+        if self._coast is None:
+            self.duration = self._time.now
+
+    def resume_from_rest(self) -> None:
+        """Go on from where the goals stand."""
+        self._before = self._held = self._last
+        self._since = 0.0
+        if self._coast is None:
+            self._time.resume_from_rest(BLEND)
+        else:
+            self._coast = None
+            self._next_at_rest()
+
+    @staticmethod
+    def at_rest(posture: FloatArray) -> JointState:
+        """State of an arm that stands in a posture, as far as it is known."""
+        n = posture.size
+        return JointState(
+            position=posture.copy(),
+            velocity=np.zeros(n),
+            current=np.full(n, np.nan),
+            fresh=np.ones(n, dtype=np.bool_),
+            alert=np.zeros(n, dtype=np.bool_),
+        )
+
+
+def own_copy(state: JointState) -> JointState:
+    """A state whose arrays nobody uses again."""
+    return JointState(
+        position=state.position.copy(),
+        velocity=state.velocity.copy(),
+        current=state.current.copy(),
+        fresh=state.fresh.copy(),
+        alert=state.alert.copy(),
+    )
+
+
+def checked_setpoint(answer: ArrayLike, t: float, arm: ArmDescription) -> FloatArray:
+    """A setpoint as an array; what it says is judged as any command is.
+
+    Raises
+    ------
+    SetpointError
+        Not n numbers.
+    """
+    try:
+        wanted = np.array(answer, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise SetpointError(f"the setpoint at {t:.3f} s is no posture: {error}") from error
+    if wanted.shape != arm.rest.shape:
+        raise SetpointError(
+            f"the setpoint at {t:.3f} s has the shape {wanted.shape}; {arm.name} has"
+            f" {arm.rest.size} joints: give one angle each, rad"
+        )
+    return wanted
+
+
+def check_longest(longest: float) -> None:
+    """Refuse a duration that is none; InputError."""
+    if not (np.isfinite(longest) and longest > 0.0):
+        raise InputError(f"the longest duration must be a positive number of seconds: {longest}")
