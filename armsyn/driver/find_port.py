@@ -109,10 +109,8 @@ def find_ports(also: Sequence[str] = (), listing: Listing | None = None) -> tupl
     facts = [_facts(port) for port in found if str(Path(port.device).resolve()) not in named]
     facts.sort(key=lambda port: (port.usb_id is None, port.path))
     known = {str(Path(port.device).resolve()): port for port in found}
-    for path in also:
-        if Path(path).exists():
-            facts.append(_facts(known.get(str(Path(path).resolve())), path))
-    return tuple(facts)
+    there = [path for path in also if Path(path).exists()]
+    return (*facts, *(_facts(known.get(str(Path(path).resolve())), path) for path in there))
 
 
 def vanished(before: Iterable[PortFacts], after: Iterable[PortFacts]) -> tuple[PortFacts, ...]:
