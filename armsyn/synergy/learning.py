@@ -94,7 +94,7 @@ def learn(
         arm=arm.name,
         joint_names=arm.joint_names,
         captures=selection,
-        inputs_sha256=_inputs_hash(arm, trainings, options),
+        inputs_sha256=inputs_hash(arm, trainings, options),
         seed=options.seed,
         rate_hz=options.rate_hz,
         lambdas={ik: options.rate_of(ik) for ik in options.iks},
@@ -220,8 +220,9 @@ def _triple(values: FloatArray) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _inputs_hash(arm: ArmDescription, trainings: list[Training], options: LearningOptions) -> str:
-    digest = hashlib.sha256(_without_masses(arm))
+def inputs_hash(arm: ArmDescription, trainings: list[Training], options: LearningOptions) -> str:
+    """Hash of the reaches, the options and what learning looks at of the arm."""
+    digest = hashlib.sha256(_looked_at(arm))
     for training in trainings:
         digest.update(training.capture.name.encode())
         digest.update(np.round(training.landmarks, 9).tobytes())
@@ -229,10 +230,13 @@ def _inputs_hash(arm: ArmDescription, trainings: list[Training], options: Learni
     return digest.hexdigest()
 
 
-def _without_masses(arm: ArmDescription) -> bytes:
-    """Encode a description but for what learning, which moves no mass, does not look at."""
+def _looked_at(arm: ArmDescription) -> bytes:
+    """Encode what learning looks at of a description: neither servos nor masses nor shapes."""
     document = msgspec.to_builtins(arm)
-    del document["gravity"], document["tip"]["mass"]
+    kept = ("name", "joint", "tip", "landmarks", "follows", "facing")
+    document = {key: document[key] for key in kept}
+    del document["tip"]["mass"]
     for joint in document["joint"]:
-        del joint["link"]
+        for unseen in ("link", "shape", "max_jerk"):
+            joint.pop(unseen, None)
     return msgspec.json.encode(document)

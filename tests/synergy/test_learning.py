@@ -14,7 +14,7 @@ from armsyn.motion.captures import Capture, load_captures
 from armsyn.scoring import mean_distance
 from armsyn.synergy import Controller, SynergyLibrary, synergies
 from armsyn.synergy.annealing import Annealed, Schedule
-from armsyn.synergy.learning import fit, learn
+from armsyn.synergy.learning import fit, inputs_hash, learn
 from armsyn.synergy.library import save_library
 from armsyn.synergy.models import parameter_bounds
 from armsyn.synergy.options import LearningOptions
@@ -129,6 +129,19 @@ def test_a_library_says_what_it_was_made_of(libraries: dict[str, SynergyLibrary]
         lower, upper = parameter_bounds(learned.model, 7, stable=True)
         assert (np.array(learned.parameters) >= lower).all()
         assert (np.array(learned.parameters) <= upper).all()
+
+
+def test_a_librarys_inputs_are_what_learning_looks_at(human7: ArmDescription) -> None:
+    """Neither servos nor masses change what is learned; the length of a link does."""
+    options = LearningOptions()
+    bare = msgspec.structs.replace(human7, servo=(), gravity=(0.0, 0.0, 0.0))
+    joints = (msgspec.structs.replace(human7.joint[0], link=None), *human7.joint[1:])
+    weightless = msgspec.structs.replace(human7, joint=joints)
+    joints = (msgspec.structs.replace(human7.joint[0], xyz=(0.0, 0.0, 0.01)), *human7.joint[1:])
+    longer = msgspec.structs.replace(human7, joint=joints)
+    own = inputs_hash(human7, [], options)
+    assert own == inputs_hash(bare, [], options) == inputs_hash(weightless, [], options)
+    assert own != inputs_hash(longer, [], options)
 
 
 def test_the_recorded_distance_is_that_of_the_recorded_parameters(
