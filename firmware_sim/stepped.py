@@ -10,8 +10,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from firmware_sim.clock import SteppedClock
+from firmware_sim.control.hands import Hands, positions_of
 from firmware_sim.errors import RigError
-from firmware_sim.rig.file import read_rig
+from firmware_sim.rig.arm_search import find_arm
+from firmware_sim.rig.file import SET_UP, parse_rig, read_rig
 from firmware_sim.rig.settings import Rig, check_ids, parse_servo, with_baud_rate, with_protocol
 from firmware_sim.simulation import Simulation, queue
 from firmware_sim.wire.bus import Bus, Transmission
@@ -122,6 +124,24 @@ class SteppedPort:
             self.wait_until(max(min(moments), self.clock.now()))
         return bool(moments)
 
+    @property
+    def hands(self) -> Hands:
+        """Hands of a person: ``port.hands.turn({1: 2048, 2: 1000})``."""
+        simulation = self.simulation
+
+        def inject(text: str) -> int:
+            simulation.catch_up(self.clock.now())
+            return simulation.inject(text).number
+
+        def positions() -> dict[int, int]:
+            simulation.catch_up(self.clock.now())
+            return positions_of(simulation.bus.servos)
+
+        def wait(duration: float) -> None:
+            self.wait_until(self.clock.now() + duration)
+
+        return Hands(inject, simulation.clear, positions, wait)
+
     def _check_plug(self) -> None:
         event = self.simulation.next_event
         if event is not None and event <= self.clock.now():
@@ -139,7 +159,8 @@ def stepped(
     faults: Sequence[str] = (),
     seed: int = 0,
     gap_rule: bool = True,
-    rig: Path | None = None,
+    rig: Path | str | None = None,
+    arm: str | None = None,
     mujoco: bool = False,
 ) -> SteppedPort:
     """Return a port to servos on a stepped clock that stands at 0 s.
@@ -147,7 +168,7 @@ def stepped(
     Parameters
     ----------
     servos : str
-        ``MODEL:ID`` or ``MODEL@FIRMWARE:ID`` each; none with `rig`.
+        ``MODEL:ID`` or ``MODEL@FIRMWARE:ID`` each; none with `rig` or `arm`.
     baud : int, optional
         Of all servos, bit/s; by default each has its factory's, and the port the first servo's.
     protocol : int, optional
@@ -158,8 +179,10 @@ def stepped(
         Of the faults' chance.
     gap_rule : bool
         Whether a silence within an instruction makes the servos give it up.
-    rig : Path, optional
-        A rig file with the servos, as for the command's ``--rig``.
+    rig : Path or str, optional
+        A rig file with the servos, as for the command's ``--rig``, or the text of one.
+    arm : str, optional
+        The name of an arm's description with the servos, as for the command's ``--arm``.
     mujoco : bool
         Whether the rig's arm moves as a whole under gravity.
 
@@ -181,9 +204,7 @@ def stepped(
     from firmware_sim.faults.parsing import parse_fault  # noqa: PLC0415
     from firmware_sim.faults.scenario import check_seed  # noqa: PLC0415
 
-    if bool(servos) == (rig is not None):
-        raise RigError("say which servos: MODEL:ID each, or a rig file")
-    found = Rig([parse_servo(text) for text in servos]) if rig is None else read_rig(rig)
+    found = _rig_of(servos, rig, arm)
     settings = found.servos
     check_ids(settings)
     if protocol is not None:
@@ -199,3 +220,14 @@ def stepped(
     )
     rate = simulation.bus.servos[0].baud_rate
     return SteppedPort(simulation, SteppedClock(), rate)
+
+
+def _rig_of(servos: Sequence[str], rig: Path | str | None, arm: str | None) -> Rig:
+    """Return what one of three ways of saying it means."""
+    if bool(servos) + (rig is not None) + (arm is not None) != 1:
+        raise RigError("say which servos: MODEL:ID each, a rig, or an arm")
+    if arm is not None:
+        return read_rig(find_arm(arm, None), SET_UP)
+    if isinstance(rig, str):
+        return parse_rig(rig)
+    return Rig([parse_servo(text) for text in servos]) if rig is None else read_rig(rig)

@@ -5,6 +5,7 @@
     with simulated("xm430-w350:1", baud=1_000_000, faults=["crc-error:probability=0.01"]) as arm:
         my_driver = MyDriver(arm.port)
         arm.inject("unplugged:for=2")
+        arm.hands.turn({1: 3000})                   # as a person would, with the torque off
 
     port = stepped("xm430-w350:1", "ax-12a:2")      # no process, no real time
     port.exchange(b"...")
@@ -18,6 +19,7 @@ from __future__ import annotations
 import select
 import subprocess
 import sys
+import time
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -27,11 +29,13 @@ from threading import Thread
 from typing import Any
 
 from firmware_sim.control.client import send
+from firmware_sim.control.hands import Hands, positions_in
 from firmware_sim.errors import SimulatorStartError
 from firmware_sim.stepped import SteppedPort, stepped
 from firmware_sim.stepped_serial import SteppedSerial
 
 __all__ = [
+    "Hands",
     "RunningSimulator",
     "SimulatorProcess",
     "SteppedPort",
@@ -202,6 +206,15 @@ class RunningSimulator(SimulatorProcess):
         return strikes
 
     @property
+    def hands(self) -> Hands:
+        """Hands of a person: ``arm.hands.turn({1: 2048, 2: 1000})``; time is real then."""
+
+        def positions() -> dict[int, int]:
+            return positions_in(self.status()["servos"])
+
+        return Hands(self.inject, self.clear, positions, time.sleep)
+
+    @property
     def trace(self) -> str:
         """The packet trace: as far as it is written by now, whole after the end."""
         if self._trace.exists():
@@ -223,6 +236,7 @@ def simulated(
     faults: Sequence[str] = (),
     seed: int | None = None,
     state: Path | None = None,
+    rig: str | None = None,
     arguments: Sequence[str] = (),
 ) -> Iterator[RunningSimulator]:
     """Run a simulator that takes faults for as long as a ``with`` block lasts.
@@ -230,7 +244,8 @@ def simulated(
     Parameters
     ----------
     servos : str
-        ``MODEL:ID`` or ``MODEL@FIRMWARE:ID`` each; none if `arguments` name an arm or a rig.
+        ``MODEL:ID`` or ``MODEL@FIRMWARE:ID`` each; none with `rig`, or if `arguments` name an arm
+        or a rig.
     baud : int, optional
         Of all servos, bit/s.
     protocol : int, optional
@@ -241,13 +256,16 @@ def simulated(
         Of the faults' chance.
     state : Path, optional
         Where EEPROM and angles are kept from one run to the next.
+    rig : str, optional
+        The text of a rig file with the servos.
     arguments : sequence of str
         More arguments of the command, such as ``("--rig", "arm.toml")``.
 
     Yields
     ------
     RunningSimulator
-        With ``port``, ``link``, ``inject``, ``clear``, ``status``, ``strikes`` and ``trace``.
+        With ``port``, ``link``, ``inject``, ``clear``, ``hands``, ``status``, ``strikes`` and
+        ``trace``.
 
     Raises
     ------
@@ -265,6 +283,10 @@ def simulated(
     for fault in faults:
         command += ["--fault", fault]
     with TemporaryDirectory(prefix="firmware-sim-") as folder:
+        if rig is not None:
+            file = Path(folder) / "rig.toml"
+            file.write_text(rig)
+            command += ["--rig", str(file)]
         simulator = RunningSimulator(Path(folder), *command, *arguments)
         try:
             yield simulator

@@ -79,8 +79,18 @@ def read_rig(path: Path, defaults: Mapping[str, int] = FACTORY) -> Rig:
         If the file cannot be read, a table has a missing, unknown or impossible field, or two
         servos have one ID.
     """
-    file = str(path)
-    document = tables_of(path)
+    return _rig_of(tables_of(path), str(path), path.parent, defaults)
+
+
+def parse_rig(text: str, defaults: Mapping[str, int] = FACTORY) -> Rig:
+    """Return the rig that the text of such a file means; see `read_rig`."""
+    return _rig_of(_parse(text, "rig"), "rig", Path(), defaults)
+
+
+def _rig_of(
+    document: Mapping[str, Any], file: str, folder: Path, defaults: Mapping[str, int]
+) -> Rig:
+    """Return the rig that a document means; files it names are found from a folder."""
     _refuse_slips(document, file)
     tables = document.get("servo")
     if not isinstance(tables, list) or not tables:
@@ -93,7 +103,7 @@ def read_rig(path: Path, defaults: Mapping[str, int] = FACTORY) -> Rig:
         return Rig(
             servos,
             _read_supply(document),
-            _read_bodies(document, path.parent),
+            _read_bodies(document, folder),
             _read_gripper(document),
         )
     except RigError as error:
@@ -116,11 +126,19 @@ def tables_of(path: Path) -> dict[str, Any]:
     RigError
         If it cannot be read, is too large or is not TOML.
     """
+    return _parse(_read_text(path), str(path))
+
+
+def _parse(text: str, file: str) -> dict[str, Any]:
     try:
-        return tomllib.loads(_read_text(path))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        reason = str(error).replace("\n", " ")
-        raise RigError(f"{path} is not TOML: {reason}", str(path)) from error
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise _not_toml(file, error) from error
+
+
+def _not_toml(file: str, error: Exception) -> RigError:
+    reason = str(error).replace("\n", " ")
+    return RigError(f"{file} is not TOML: {reason}", file)
 
 
 def _read_text(path: Path) -> str:
@@ -130,7 +148,10 @@ def _read_text(path: Path) -> str:
         raise RigError(f"{path} cannot be read: {error.strerror}", str(path)) from error
     if len(content) > _FILE_SIZE_CAP:
         raise RigError(f"{path} is larger than {_FILE_SIZE_CAP} bytes", str(path))
-    return content.decode("utf-8")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise _not_toml(str(path), error) from error
 
 
 def _check_ids(servos: Sequence[ServoSettings], file: str) -> None:

@@ -4,9 +4,12 @@
 shaft is coupled with the leader's; it has an encoder, a current and a temperature of its own. It is
 set up as makers of arms do it: its Secondary ID is the leader's ID, so that it obeys what is
 written to the leader's RAM (`registers` may say otherwise; servos without that register are only
-coupled). ``direction`` and ``zero_tick`` are in its own count, which ``drive_mode`` may reverse: a
-mirrored servo is ``direction = 1`` with ``drive_mode = 1``, and follows; with ``direction = -1``
-and no reverse mode it is mirrored too, but fights its leader, as a wrongly set up one does.
+coupled). A reboot, a clear or a factory reset of the leader is none of the shadow's (e-Manual,
+"Secondary ID(12)": it can modify RAM only): the one goes limp, the other goes on.
+
+``direction`` and ``zero_tick`` are in its own count, which ``drive_mode`` may reverse: a mirrored
+servo is ``direction = 1`` with ``drive_mode = 1``, and follows; with ``direction = -1`` and no
+reverse mode it is mirrored too, but fights its leader, as a wrongly set up one does.
 """
 
 from __future__ import annotations

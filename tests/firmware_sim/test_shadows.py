@@ -10,8 +10,11 @@ from firmware_sim.firmware.servo import Servo
 from firmware_sim.firmware.world import World
 from firmware_sim.rig.file import SET_UP, read_rig
 from firmware_sim.rig.settings import Mount, Rig
+from firmware_sim.wire.bus import Bus
+from tests.firmware_sim.wire import Wire
 
-DRIVE_MODE, SECONDARY_ID, TORQUE, GOAL, CURRENT, POSITION = 10, 12, 64, 116, 126, 132
+DRIVE_MODE, SECONDARY_ID, TORQUE, WATCHDOG = 10, 12, 64, 98
+GOAL, CURRENT, POSITION = 116, 126, 132
 
 PAIR = """
 [[servo]]
@@ -164,6 +167,20 @@ def test_a_shadow_that_counts_the_wrong_way_fights_its_leader(tmp_path: Path) ->
     assert any(servo.alert for servo in world.servos)
 
 
+def test_servos_that_only_name_one_joint_share_it_too(tmp_path: Path) -> None:
+    text = "".join(
+        f'[[servo]]\nid = {k}\nmodel = "ax-12a"\njoint = "knee"\ndirection = {d}\n'
+        for k, d in ((1, 1), (2, -1))
+    )
+    world = world_of(tmp_path, text)
+    world.servos[0].write(24, b"\x01")
+    world.servos[0].write(30, (700).to_bytes(2, "little"))
+    world.advance(2.0)
+    assert value(world.servos[0], 36, 2) == pytest.approx(700, abs=4)
+    assert value(world.servos[1], 36, 2) == pytest.approx(1024 - 700, abs=4)
+    assert "Secondary" not in str(world.servos[1].model.table.by_name)
+
+
 def test_a_mounting_offset_stays(tmp_path: Path) -> None:
     world = world_of(tmp_path, MIRRORED + "start_tick = 1509\n")
     for goal in (1800, 1400):
@@ -205,3 +222,47 @@ def test_what_is_written_later_turns_no_screw(tmp_path: Path) -> None:
     world.advance(2.0)
     assert [value(servo, POSITION, 4) for servo in world.servos] == pytest.approx([1700] * 2, abs=4)
     assert all(abs(value(servo, CURRENT, 2)) < 40 for servo in world.servos)
+
+
+def wired(folder: Path) -> Wire:
+    wire = Wire("xm430-w350:1")
+    wire.world = build_simulation(rig_of(folder, MIRRORED, **SET_UP)).bus.world
+    wire.servos = wire.world.servos
+    wire.bus = Bus(wire.world)
+    return wire
+
+
+def test_one_packet_to_the_leader_moves_both_and_one_answers(tmp_path: Path) -> None:
+    wire = wired(tmp_path)
+    for address, data in ((TORQUE, b"\x01"), (GOAL, (1700).to_bytes(4, "little"))):
+        answer = wire.ask(2, 0x03, bytes((address, 0)) + data)
+        assert answer == [(2, 0)]
+    wire.now = 2.0
+    for number in (2, 3):
+        ((servo_id, error, *data),) = wire.ask(number, 0x02, bytes((POSITION, 0, 4, 0)))
+        assert (servo_id, error) == (number, 0)
+        assert int.from_bytes(bytes(data), "little") == pytest.approx(1700, abs=4)
+
+
+def test_a_reboot_of_the_leader_is_not_the_shadows(tmp_path: Path) -> None:
+    wire = wired(tmp_path)
+    assert wire.ask(2, 0x03, bytes((TORQUE, 0, 1))) == [(2, 0)]
+    assert wire.ask(2, 0x08) == [(2, 0)]
+    assert wire.ask(3, 0x02, bytes((TORQUE, 0, 1, 0))) == [(3, 0, 1)]
+    wire.now += 0.2
+    assert wire.ask(2, 0x02, bytes((TORQUE, 0, 1, 0))) == [(2, 0, 0)]
+
+
+def test_the_watchdogs_of_both_are_armed_fed_and_cleared_by_the_leaders_id(tmp_path: Path) -> None:
+    wire = wired(tmp_path)
+    for address, number in ((TORQUE, 1), (WATCHDOG, 5)):
+        assert wire.ask(2, 0x03, bytes((address, 0, number))) == [(2, 0)]
+    for _ in range(4):  # what is asked of the leader alone feeds the shadow too
+        wire.now += 0.09
+        wire.ask(2, 0x02, bytes((POSITION, 0, 4, 0)))
+    assert wire.ask(3, 0x02, bytes((WATCHDOG, 0, 1, 0))) == [(3, 0, 5)]
+    wire.now += 0.11
+    for number in (2, 3):
+        assert wire.ask(number, 0x02, bytes((WATCHDOG, 0, 1, 0))) == [(number, 0, 255)]
+    assert wire.ask(2, 0x03, bytes((WATCHDOG, 0, 0))) == [(2, 0)]
+    assert wire.ask(3, 0x02, bytes((WATCHDOG, 0, 1, 0))) == [(3, 0, 0)]
