@@ -17,8 +17,10 @@ What is simulated:
   reverse mode, limits; compliance and torque limit of AX and MX; shutdown by overload, heat and
   supply.
 - Motors with gears, friction, heat and supply; by themselves, or as an arm under gravity (--plant
-  mujoco).
-- Faults, injected from the command line, by a scenario or at run time: see --list-faults.
+  mujoco). Servos of one voltage share a supply. Two servos on one joint (shadow_of in a rig file,
+  or one joint's name) turn as one, share its load or fight each other.
+- Faults, injected from the command line, by a scenario or at run time: see --list-faults. Among
+  them a person's hand that turns a joint, and obstacles that stop it.
 
 What is not modelled:
 
@@ -28,8 +30,9 @@ What is not modelled:
   one they share Baud Rate and Protocol Type, and torque on either locks the EEPROM of both.
 - Figures that no data sheet has are chosen: friction, inertia of rotors, thermal resistance, the
   times after which overload is noticed, how long a reboot takes. Each stands where it is defined.
-- Backlash is none unless a rig file says so. With --plant joints a horn carries nothing but its
-  own inertia and what faults put on it; with mujoco bodies do not collide.
+- Backlash is none unless a rig file says so, and none between servos on one joint. With --plant
+  joints a horn carries nothing but its own inertia and what faults put on it; with mujoco bodies
+  do not collide. Obstacles are hard, and give nothing back; hands hold the joint, not the link.
 - Sensor noise, cogging, magnetic saturation, wear; what an external port's pins are wired to.
 - Two masters at once on one port. What a client sends while an answer is due waits for the
   answer's end, where a real wire has a collision; servos that talk at once do collide.

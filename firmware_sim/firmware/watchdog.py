@@ -7,9 +7,9 @@ Instruction Packet in the DYNAMIXEL Protocol": any intact one that the servo hea
 names. Where the manual is silent: one of the other protocol, or at another baud rate, is not heard;
 a servo set to protocol 1.0 does not watch.
 
-So the shadow of a joint of two (a servo whose Secondary ID is the other's ID) is fed by whatever is
-sent on the bus, as its leader is. What is written to the leader's Bus Watchdog reaches it too, since
-that is RAM: one write arms or clears both. Each expires for itself, and only its own ID tells that.
+So the shadow of a joint of two (a servo whose Secondary ID is the other's ID) is fed by all that is
+sent on the bus, as its leader is. What is written to the leader's Bus Watchdog reaches it too: that
+is RAM, so one write arms or clears both. Each expires for itself, and only its own ID tells that.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ def _mounting(setting: ServoSettings, servo: Servo, leads: bool) -> Mounting:
     zero = servo.firmware.angle(mount.zero_tick)
     counts_clockwise = servo.firmware.angle(mount.zero_tick + 1) < zero
     leader = setting.servo_id if leads else setting.shadow_of
-    nameless = None if leader is None else f"joint of servo {leader}"
+    nameless = None if leader is None else f"of servo {leader}"
     direction = -mount.direction if counts_clockwise else mount.direction
     return Mounting(mount.joint or nameless, direction, zero)
 
@@ -93,7 +93,7 @@ def find_couplings(
         apart = abs(zero + gear * (angles[base] - mountings[base].zero) - angles[number])
         if apart > APART:
             raise PlantError(
-                f"servos on joint {joint!r} disagree: number {number + 1} lies {apart:.3f} rad from"
+                f"servos on the joint {joint} disagree: number {number + 1} lies {apart:.3f} rad from"
                 " where the first says; check start_tick, zero_tick and direction"
             )
         couplings.append((base, number, gear))
