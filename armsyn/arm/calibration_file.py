@@ -296,3 +296,8 @@ def _reach(servo: ServoCalibration, rest: float) -> tuple[float, float]:
 def angle_of(servo: ServoCalibration, tick: float) -> float:
     """Joint's angle at a position of its servo, rad."""
     return servo.direction * (tick - servo.zero_tick) * radians_per_tick(servo.model)
+
+
+def folder_for_writing(directory: Path | None = None) -> Path:
+    """Where commands write an arm's files: `directory`, else the first place that is searched."""
+    return search_path(directory)[0]
