@@ -7,18 +7,18 @@ faulty are told of (`armsyn.driver.status_findings`), never refused.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.arm.servos import ServoDescription, calibration_of
 from armsyn.driver import registers as reg
-from armsyn.driver.models import ServoModel, find_number
+from armsyn.driver.models import ServoModel
 from armsyn.driver.plans import ReadPlan
+from armsyn.driver.presence import find_present, model_found
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.timing import fitting_rate
 from armsyn.driver.transactions import Bus
@@ -229,13 +229,12 @@ def read_status(bus: Bus, arm: ArmDescription, *, look_around: bool = True) -> A
     BusBudgetError
         A bus that loses most answers.
     """
-    found = _ping_all(bus, arm.servo)
-    known = [s for s in arm.servo if s.id in found and _model(s, found[s.id][0]) is not None]
-    values = _read_values(bus, [_as_found(s, found[s.id][0]) for s in known])
+    presence = find_present(bus, arm.servo)
+    values = _read_values(presence.group)
     servos = []
     for servo in arm.servo:
-        number, firmware = found.get(servo.id, (None, None))
-        model = None if number is None else _model(servo, number)
+        number, firmware = presence.found.get(servo.id, (None, None))
+        model = None if number is None else model_found(servo, number)
         stranger = number is None and _speaks(bus, servo, 3 - servo.protocol)
         own = values.get(servo.id, {})
         servos.append(ServoStatus(servo, model, number, firmware, stranger, own))
@@ -261,38 +260,13 @@ def _speaks(bus: Bus, servo: ServoDescription, protocol: int) -> bool:
     return True
 
 
-def _ping_all(bus: Bus, servos: Iterable[ServoDescription]) -> dict[int, tuple[int, int]]:
-    found = {}
-    for servo in servos:
-        try:
-            found[servo.id] = bus.ping(servo.id, attempts=2, protocol=servo.protocol)
-        except BusTimeoutError:  # that it is missing is what is told of it
-            continue
-        except ServoStatusError:  # it is there, and says so in an odd way
-            continue
-    return found
-
-
-def _model(servo: ServoDescription, number: int) -> ServoModel | None:
-    """Return the model that answers, if it speaks as the description says."""
-    model = find_number(number)
-    return model if model is not None and model.protocol == servo.protocol else None
-
-
-def _as_found(servo: ServoDescription, number: int) -> ServoDescription:
-    model = find_number(number)
-    assert model is not None  # noqa: S101 - chosen so
-    return msgspec.structs.replace(servo, model=model.name)
-
-
-def _read_values(bus: Bus, servos: list[ServoDescription]) -> dict[int, dict[str, int]]:
+def _read_values(group: ServoGroup) -> dict[int, dict[str, int]]:
     """Read all registers of all servos; a servo that falls silent is asked no more."""
-    group = ServoGroup(bus, servos)
-    values: dict[int, dict[str, int]] = {servo.id: {} for servo in servos}
+    values: dict[int, dict[str, int]] = {servo.id: {} for servo in group.servos}
     alive = list(group.ids)
     for name in (*SETTINGS, *STATE):
         _read_one(group, name, alive, values)
-    for servo in servos:
+    for servo in group.servos:
         if servo.protocol == 1 and servo.id in alive:
             _read_flags(group, servo.id, values[servo.id])
     return values

@@ -1,0 +1,101 @@
+"""Small motions that an operator asks for: one joint by a little, and the way to rest.
+
+Both go through `ArmSession.run`, with all its checks, watchdogs and endings.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from armsyn.driver.path import straight_way
+from armsyn.driver.recording import Recording
+from armsyn.driver.run import PARK_TOLERANCE
+from armsyn.driver.session import ArmSession
+from armsyn.driver.stream import OnTick
+from armsyn.errors import InputError
+
+LARGEST_JOG = math.radians(45.0)
+"""What is a little."""
+
+
+def jog(
+    session: ArmSession, joint: str, change: float, speed: float, on_tick: OnTick | None = None
+) -> Recording:
+    """Move one joint; all others hold, and so does it at the end.
+
+    Parameters
+    ----------
+    session : ArmSession
+    joint : str
+    change : float
+        rad, in the joint's positive direction; at most `LARGEST_JOG` in size.
+    speed : float
+        rad/s, that the joint does not exceed; nor does it exceed its own limit.
+    on_tick : callable, optional
+        As of `ArmSession.run`.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    InputError
+        No such joint, too large a change, or an impossible speed.
+    RefusedMotionError
+        The joint would leave its range, or the arm would collide; nothing has changed.
+    ArmFaultError, StopRequestedError
+        As `ArmSession.run`.
+    """
+    arm = session.arm
+    if joint not in arm.joint_names:
+        raise InputError(f"{arm.name} has no joint {joint!r}; it has {', '.join(arm.joint_names)}")
+    if not 0.0 < abs(change) <= LARGEST_JOG:
+        raise InputError(
+            f"a jog is by up to {math.degrees(LARGEST_JOG):.0f} degrees, got"
+            f" {math.degrees(change):g}: use armsyn reach or stream for more"
+        )
+    if not (math.isfinite(speed) and speed > 0.0):
+        raise InputError(f"a speed is above 0, got {math.degrees(speed):g} degrees/s")
+    start = session.read_posture()
+    goal = start.copy()
+    row = arm.joint_names.index(joint)
+    goal[row] += change
+    slow = arm.slowed(max(1.0, float(arm.max_velocity[row]) / speed))
+    return session.run(straight_way(start, goal, slow, session.rate_hz), on_tick=on_tick)
+
+
+def is_parked(session: ArmSession) -> bool:
+    """Whether the arm is at rest already, within what parking allows."""
+    return bool(np.abs(session.read_posture() - session.arm.rest).max() <= PARK_TOLERANCE)
+
+
+def park(session: ArmSession, on_tick: OnTick | None = None) -> Recording:
+    """Go straight to the rest posture, and switch the torque off there if the arm got there.
+
+    Parameters
+    ----------
+    session : ArmSession
+        Its arm's speed limits bound the way.
+    on_tick : callable, optional
+        As of `ArmSession.run`.
+
+    Returns
+    -------
+    Recording
+        Its ending says whether the torque went off: `Ending.PARKED`; `Ending.PARK_MISSED` for
+        an arm that something keeps from rest: it holds.
+
+    Raises
+    ------
+    RefusedMotionError
+        The straight way leaves a range or collides; nothing has changed.
+    ArmFaultError, StopRequestedError
+        As `ArmSession.run`.
+    """
+    arm, rate = session.arm, session.rate_hz
+    way = straight_way(session.read_posture(), arm.rest, arm, rate)
+    stay = straight_way(arm.rest, arm.rest, arm, rate)
+    return session.run(way, stay, on_tick)
