@@ -1,12 +1,13 @@
 """The check of a whole trajectory: what it lets pass, and what it says of the rest."""
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from armsyn.arm import ArmDescription, load_arm
-from armsyn.errors import InputError, LimitError, RefusedMotionError
+from armsyn.errors import CollisionError, InputError, LimitError, RefusedMotionError
 from armsyn.motion import Motion
 from armsyn.safety import check_trajectory
 
@@ -60,6 +61,88 @@ def test_acceleration_by_its_closed_form(arm: ArmDescription) -> None:
     with pytest.raises(LimitError, match="elbow_flexion would have an acceleration of") as caught:
         check_trajectory(motion(arm, sine(arm, amplitude, duration * 0.93)), arm)
     assert caught.value.limit == limit
+
+
+def with_jerk(arm: ArmDescription, limit: float) -> ArmDescription:
+    joints = tuple(msgspec.structs.replace(joint, max_jerk=limit) for joint in arm.joint)
+    return msgspec.structs.replace(arm, joint=joints)
+
+
+def with_fast(arm: ArmDescription) -> ArmDescription:
+    """Return an arm that may do anything but leave its ranges and touch."""
+    joints = tuple(
+        msgspec.structs.replace(joint, max_velocity=1e9, max_acceleration=1e9, max_jerk=1e12)
+        for joint in arm.joint
+    )
+    return msgspec.structs.replace(arm, joint=joints)
+
+
+def minimum_jerk(arm: ArmDescription, way: float, duration: float, rate: float) -> Motion:
+    """Elbow from rest to rest: peak jerk 60 way / duration^3, at both ends."""
+    time = np.arange(round(duration * rate) + 1) / rate
+    u = (time / time[-1])[:, None]
+    angles = np.tile(arm.rest, (time.size, 1))
+    angles[:, [ELBOW]] += way * (10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5)
+    return motion(arm, angles, time)
+
+
+@pytest.mark.parametrize("rate", [200.0, 1000.0])
+def test_jerk_by_its_closed_form(arm: ArmDescription, rate: float) -> None:
+    way, duration, fast = 2.0, 0.3, with_fast(arm)
+    careful = with_jerk(fast, 60.0 * way / duration**3)
+    check_trajectory(minimum_jerk(arm, way, duration * 1.01, rate), careful)
+    with pytest.raises(LimitError, match="elbow_flexion would have a jerk of") as caught:
+        check_trajectory(minimum_jerk(arm, way, duration * 0.85, rate), careful)
+    assert caught.value.limit == 60.0 * way / duration**3
+    assert abs(caught.value.value) == pytest.approx(60.0 * way / (0.85 * duration) ** 3, rel=0.2)
+    check_trajectory(minimum_jerk(arm, way, duration * 0.85, rate), fast)
+
+
+def test_where_no_jerk_is_given_it_comes_of_the_acceleration(arm: ArmDescription) -> None:
+    """From no acceleration to the limit in 4 ms; slowed arms keep that time."""
+    np.testing.assert_allclose(arm.max_jerk, arm.max_acceleration / 0.004)
+    slowed = arm.slowed(2.0)
+    np.testing.assert_allclose(slowed.max_jerk, slowed.max_acceleration / 0.004)
+    np.testing.assert_allclose(with_jerk(arm, 80.0).slowed(2.0).max_jerk, 10.0)
+
+
+@pytest.mark.parametrize("rate", [100.0, 200.0, 500.0, 1000.0])
+def test_a_step_of_acceleration_is_judged_alike_at_any_rate(
+    arm: ArmDescription, rate: float
+) -> None:
+    """A raised cosine begins with its greatest acceleration at once."""
+    time = np.arange(round(rate) + 1) / rate
+    amplitude = 0.95 * arm.max_acceleration[ELBOW] / (2.0 * np.pi**2)
+    angles = np.tile(arm.rest, (time.size, 1))
+    angles[:, ELBOW] += amplitude * 0.5 * (1.0 - np.cos(2.0 * np.pi * time))
+    check_trajectory(motion(arm, angles, time), arm)
+    with pytest.raises(LimitError, match="jerk"):
+        check_trajectory(motion(arm, angles, time), with_jerk(arm, 0.4 * 0.95 * 15.0 / 0.01))
+
+
+@pytest.mark.parametrize("rate", [200.0, 1000.0])
+def test_rounding_breaks_no_limit(arm: ArmDescription, rate: float) -> None:
+    gentle = minimum_jerk(arm, 0.5, 2.0, rate)
+    assert gentle.angles is not None
+    check_trajectory(motion(arm, gentle.angles.round(6), gentle.time), arm)
+    single = gentle.angles.astype(np.float32).astype(np.float64)
+    check_trajectory(motion(arm, single, gentle.time), arm)
+
+
+def test_the_way_through_the_trunk_is_refused(arm: ArmDescription) -> None:
+    """Both ends are free: the forearm swings through the trunk between them."""
+    start, goal = arm.rest.copy(), arm.rest.copy()
+    start[[0, 2, 3]], goal[[0, 2, 3]] = [0.9, 1.4, 1.5], [-0.9, 1.4, 1.5]
+    time = np.arange(801) / 200.0
+    u = (time / time[-1])[:, None]
+    angles = start + (10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5) * (goal - start)
+    with pytest.raises(CollisionError, match=r"would be .* m inside .* from \d\.\d+ s") as caught:
+        check_trajectory(motion(arm, angles), arm, start)
+    assert caught.value.exit_status == 4
+    assert "base" in (caught.value.first, caught.value.second)
+    assert 0 < caught.value.frame < 800
+    assert caught.value.depth > 0.0
+    check_trajectory(motion(arm, angles[: caught.value.frame - 1]), with_fast(arm))
 
 
 @pytest.mark.parametrize("end", ["first", "last"])
