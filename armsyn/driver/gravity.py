@@ -18,21 +18,16 @@ one (Protocol 1.0, XL-320) only the correction works.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription, gravity_torque
 from armsyn.driver.joints import JointState
-from armsyn.driver.motors import stall_torque
 from armsyn.driver.path import minimum_jerk
-from armsyn.driver.servos import ServoGroup
 
 FloatArray = NDArray[np.float64]
-
-FULL_PWM = 885
-"""Counts of PWM that are the whole voltage (e-Manual, Goal PWM: 0.113 % each)."""
 
 LARGEST_FEEDFORWARD = 0.2
 LARGEST_CORRECTION = 0.1
@@ -64,61 +59,6 @@ _INTERVAL = 0.02
 """Seconds for which a gravity torque is good."""
 
 
-def read_stiffness(group: ServoGroup, arm: ArmDescription) -> FloatArray:
-    """Read how stiff the servos' position loops make the joints.
-
-    Parameters
-    ----------
-    group : ServoGroup
-        All servos of the arm; shadows add to their joint.
-    arm : ArmDescription
-
-    Returns
-    -------
-    array, shape (n,)
-        N m/rad; inf where a servo's own integral gain holds the joint, NaN where it is not known.
-
-    Raises
-    ------
-    BusError, PortLostError
-        As the bus.
-    """
-    moving = [servo for servo in arm.servo if servo.joint in arm.joint_names]
-    spoken = group.having("Goal PWM", [servo.id for servo in moving])
-    proportional = group.read("Position P Gain", spoken)
-    integral = group.read("Position I Gain", spoken)
-    volts = group.read("Present Input Voltage", spoken)
-    stiffness = dict.fromkeys(arm.joint_names, 0.0)
-    for servo in moving:
-        if integral.get(servo.id):
-            found = float("inf")
-        elif servo.id not in proportional:
-            found = float("nan")
-        else:
-            found = stiffness_of(servo.model, proportional[servo.id], 0.1 * volts[servo.id])
-        stiffness[servo.joint] += found
-    return np.array([stiffness[name] for name in arm.joint_names])
-
-
-def stiffness_of(model: str, p_gain: int, volts: float) -> float:
-    """Stiffness of a position loop of the X series (and MX with Protocol 2.0).
-
-    Parameters
-    ----------
-    model : str
-    p_gain : int
-        Of register 84.
-    volts : float
-
-    Returns
-    -------
-    float
-        N m/rad; NaN for a model whose stall torque is not known.
-    """
-    duty_per_radian = p_gain / 128.0 / FULL_PWM * 4096.0 / (2.0 * np.pi)
-    return duty_per_radian * stall_torque(model, volts)
-
-
 @dataclass(frozen=True)
 class LeadSettings:
     """What leads are worked out from.
@@ -127,7 +67,7 @@ class LeadSettings:
     ----------
     arm : ArmDescription
     stiffness : array, shape (n,)
-        Of `read_stiffness`, N m/rad.
+        Of `armsyn.driver.gravity_facts.read_stiffness`, N m/rad.
     lower, upper : array, shape (n,)
         Range that goals must keep, rad: the joints' and the servos' own limits.
     period : float
@@ -153,23 +93,18 @@ class LeadSettings:
         lead[~np.isfinite(lead)] = 0.0
         return np.asarray(np.clip(lead, -LARGEST_FEEDFORWARD, LARGEST_FEEDFORWARD))
 
-    def sayings(self, posture: FloatArray) -> str:
-        """What to expect of the arm at a posture, in one line, for people."""
-        if not self.has_masses:
-            firm = np.isfinite(self.stiffness) & (self.stiffness > 0.0)
-            if not firm.any():
-                return "no masses are declared: how far the arm droops is not known"
-            joint = int(np.argmin(np.where(firm, self.stiffness, np.inf)))
-            return (
-                "no masses are declared: the arm droops until it is corrected at the end of its"
-                f" way, {self.arm.joint_names[joint]} by"
-                f" {np.degrees(1.0 / self.stiffness[joint]):.1f} degrees for each N m on it"
-            )
-        lead = self.feedforward(posture)
-        joint = int(np.argmax(np.abs(lead)))
+    def expected_droop(self) -> str:
+        """What to expect of an arm without masses, in one line; nothing of one that has them."""
+        if self.has_masses:
+            return ""
+        firm = np.isfinite(self.stiffness) & (self.stiffness > 0.0)
+        if not firm.any():
+            return "no masses are declared: how far the arm droops is not known"
+        joint = int(np.argmin(np.where(firm, self.stiffness, np.inf)))
         return (
-            f"goals lead by up to {np.degrees(abs(lead[joint])):.1f} degrees"
-            f" ({self.arm.joint_names[joint]}) against gravity"
+            "no masses are declared: the arm droops until it is corrected at the end of its way,"
+            f" {self.arm.joint_names[joint]} by {np.degrees(1.0 / self.stiffness[joint]):.1f}"
+            " degrees for each N m on it"
         )
 
 
@@ -256,12 +191,3 @@ class GoalLead:
         np.clip(self._correction, -LARGEST_CORRECTION, LARGEST_CORRECTION, out=self._correction)
         spent = np.abs(self._correction) >= LARGEST_CORRECTION
         self.content = bool((~off | self.limited | spent | (size >= HELD_BACK)).all())
-
-
-def within(settings: LeadSettings, lower: FloatArray, upper: FloatArray) -> LeadSettings:
-    """Settings whose goals keep another range as well, shape (n,), rad."""
-    return replace(
-        settings,
-        lower=np.maximum(settings.lower, lower),
-        upper=np.minimum(settings.upper, upper),
-    )

@@ -12,6 +12,9 @@ from armsyn.driver.joints import JointState
 FloatArray = NDArray[np.float64]
 
 
+MOST_ROWS = 720_000
+"""Rows that are recorded at most: an hour at 200 Hz, 0.26 GB for 7 joints."""
+
 Level = Literal["info", "warning", "fault"]
 """How grave an event is."""
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -20,7 +21,8 @@ from armsyn.driver.clock import Clock
 from armsyn.driver.course import Coast
 from armsyn.driver.joints import JointState
 from armsyn.driver.path import BLEND, PathTime, minimum_jerk
-from armsyn.errors import InputError, SetpointError
+from armsyn.errors import InputError, LimitError, SetpointError
+from armsyn.safety import START_TOLERANCE
 
 FloatArray = NDArray[np.float64]
 
@@ -250,3 +252,58 @@ def check_longest(longest: float) -> None:
     """Refuse a duration that is none; InputError."""
     if not (np.isfinite(longest) and longest > 0.0):
         raise InputError(f"the longest duration must be a positive number of seconds: {longest}")
+
+
+@dataclass(frozen=True)
+class SetpointMotion:
+    """A motion that a setpoint function makes as it goes.
+
+    Parameters
+    ----------
+    thread : SetpointThread
+        Running.
+    duration : float
+        Seconds after which it comes to rest, unless it is finished earlier.
+    """
+
+    thread: SetpointThread
+    duration: float
+
+    def course(self, start: FloatArray, arm: ArmDescription, period: float) -> SetpointCourse:
+        """Course from where the goals stand, shape (n,), rad."""
+        return SetpointCourse(self.thread, start, arm, period, self.duration)
+
+    def check(self, present: FloatArray, arm: ArmDescription) -> None:
+        """Refuse a function whose first setpoint is not where the arm is.
+
+        Parameters
+        ----------
+        present : array, shape (n,)
+            rad.
+        arm : ArmDescription
+
+        Raises
+        ------
+        LimitError, InputError
+            More than `armsyn.safety.START_TOLERANCE` away; no numbers, or finished already.
+        SetpointError
+            No posture, or none in time.
+        """
+        answer = self.thread.ask(0.0, SetpointCourse.at_rest(present))
+        if answer is None:
+            raise InputError("the setpoint function is finished before it begins")
+        first = checked_setpoint(answer, 0.0, arm)
+        away = np.abs(first - present)
+        if not np.isfinite(first).all():
+            raise InputError(f"the first setpoint is not finite: {first}")
+        joint = int(np.argmax(away))
+        if away[joint] > START_TOLERANCE:
+            name = arm.joint_names[joint]
+            raise LimitError(
+                f"joint {name} is at {present[joint]:.3f} rad but the setpoints start at"
+                f" {first[joint]:.3f} rad, more than {START_TOLERANCE:g} rad away: start where"
+                " the arm is",
+                name,
+                float(away[joint]),
+                START_TOLERANCE,
+            )

@@ -1,0 +1,135 @@
+"""What the servos say of how they give way under a load."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.driver.facts import ServoFacts
+from armsyn.driver.gravity import GoalLead, LeadSettings
+from armsyn.driver.motors import stall_torque
+from armsyn.driver.registers import POSITION_MODE, VOLTAGE_UNIT
+from armsyn.driver.servos import ServoGroup
+
+FloatArray = NDArray[np.float64]
+
+FULL_PWM = 885
+"""Counts of PWM that are the whole voltage (e-Manual, Goal PWM: 0.113 % each)."""
+
+
+def make_lead(
+    group: ServoGroup,
+    arm: ArmDescription,
+    facts: tuple[ServoFacts, ...],
+    present: FloatArray,
+    sent: FloatArray,
+    period: float,
+) -> GoalLead:
+    """Read what there is to know, and let goals lead from where they stand.
+
+    Parameters
+    ----------
+    group : ServoGroup
+        Servos of the joints, shadows included.
+    arm : ArmDescription
+    facts : tuple of ServoFacts, length n
+        Of the joints' leading servos.
+    present, sent : array, shape (n,)
+        Where the joints are and where their goals stand, rad.
+    period : float
+        Of the ticks, s.
+
+    Returns
+    -------
+    GoalLead
+
+    Raises
+    ------
+    BusError, PortLostError
+        As the bus.
+    """
+    chain, lower, upper = arm.chain, *_own_limits(arm, facts)
+    settings = LeadSettings(
+        arm=arm,
+        stiffness=read_stiffness(group, arm),
+        lower=np.maximum(chain.lower, lower),
+        upper=np.minimum(chain.upper, upper),
+        period=period,
+    )
+    return GoalLead(settings, present, sent)
+
+
+def _own_limits(
+    arm: ArmDescription, facts: tuple[ServoFacts, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Range that the servos take goals in, rad: beyond it they refuse them, unheard."""
+    calibration = arm.calibration
+    ends = np.array(
+        [
+            calibration.to_radians([servo.minimum_position for servo in facts]),
+            calibration.to_radians([servo.maximum_position for servo in facts]),
+        ]
+    )
+    # half a tick inside, where rounding brings no goal out
+    inside = 0.5 * np.abs(calibration.radians_per_tick)
+    bounded = np.array([servo.operating_mode == POSITION_MODE for servo in facts])
+    lower = np.where(bounded, ends.min(axis=0) + inside, -np.inf)
+    return lower, np.where(bounded, ends.max(axis=0) - inside, np.inf)
+
+
+def read_stiffness(group: ServoGroup, arm: ArmDescription) -> FloatArray:
+    """Read how stiff the servos' position loops make the joints.
+
+    Parameters
+    ----------
+    group : ServoGroup
+        All servos of the arm; shadows add to their joint.
+    arm : ArmDescription
+
+    Returns
+    -------
+    array, shape (n,)
+        N m/rad; inf where a servo's own integral gain holds the joint, NaN where it is not known.
+
+    Raises
+    ------
+    BusError, PortLostError
+        As the bus.
+    """
+    moving = [servo for servo in arm.servo if servo.joint in arm.joint_names]
+    spoken = group.having("Goal PWM", [servo.id for servo in moving])
+    proportional = group.read("Position P Gain", spoken)
+    integral = group.read("Position I Gain", spoken)
+    volts = group.read("Present Input Voltage", spoken)
+    stiffness = dict.fromkeys(arm.joint_names, 0.0)
+    for servo in moving:
+        if integral.get(servo.id):
+            found = float("inf")
+        elif servo.id not in proportional:
+            found = float("nan")
+        else:
+            found = stiffness_of(
+                servo.model, proportional[servo.id], VOLTAGE_UNIT * volts[servo.id]
+            )
+        stiffness[servo.joint] += found
+    return np.array([stiffness[name] for name in arm.joint_names])
+
+
+def stiffness_of(model: str, p_gain: int, volts: float) -> float:
+    """Stiffness of a position loop of the X series (and MX with Protocol 2.0).
+
+    Parameters
+    ----------
+    model : str
+    p_gain : int
+        Of register 84.
+    volts : float
+
+    Returns
+    -------
+    float
+        N m/rad; NaN for a model whose stall torque is not known.
+    """
+    duty_per_radian = p_gain / 128.0 / FULL_PWM * 4096.0 / (2.0 * np.pi)
+    return duty_per_radian * stall_torque(model, volts)
