@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from armsyn.driver.parser import ParserCounters, StatusPacket
-from armsyn.driver.quick import FastLayout
+from armsyn.driver.quick import FastDecoding, FastLayout
 
 
 @dataclass
@@ -159,11 +159,13 @@ class FastCollector:
         if start >= 0 and len(self._buffer) - start >= self._layout.size:
             self.finish()
             self.complete = True
-            self._counters.bad_crc += self._layout.parts - len(self.replies)
+            self._counters.bad_crc += len(self._layout.parts) - len(self.replies)
 
     def finish(self) -> None:
         """Use the parts that have come: a silent servo ends the packet early."""
         start = self._buffer.find(self._layout.prefix)
         if start >= 0:
-            self.replies = self._layout.good_parts(self._buffer[start:])
+            decoding = FastDecoding(self._layout)
+            decoding.look(self._buffer[start:])
+            self.replies = decoding.packets
             self._counters.packets += len(self.replies)

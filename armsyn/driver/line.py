@@ -75,14 +75,22 @@ class Line:
         port.write(sent)
         self.counters.transactions += 1
         expected = port.now() + duration
-        echoed = len(sent) if self._echoes else 0
-        data = port.gather(echoed + request.reply_bytes, expected)
-        replies = request.decode(data[echoed:]) if data[:echoed] == sent[:echoed] else None
+        replies, data = self._expect(port, request, sent, expected)
         if replies is None:
             return self._collect(port, request, sent, data, expected + margin)
-        self.counters.echoed_bytes += echoed
         self.parser_counters.packets += len(replies)
         return replies
+
+    def _expect(
+        self, port: SerialPort, request: Request, sent: bytes, expected: float
+    ) -> tuple[dict[int, StatusPacket] | None, bytes]:
+        """Return the replies, if they are as expected and in time; and all that came."""
+        if request.protocol == 1 or self._echoes:
+            echoed = len(sent) if self._echoes else 0
+            return None, port.gather(echoed + request.reply_bytes, expected)
+        decoding = request.decoding()
+        data = port.gather(request.reply_bytes, expected, decoding.look)
+        return decoding.result(data), data
 
     def _collect(
         self, port: SerialPort, request: Request, sent: bytes, data: bytes, deadline: float

@@ -8,8 +8,7 @@ from functools import cached_property
 from types import ModuleType
 
 from armsyn.driver import protocol, protocol1
-from armsyn.driver.parser import StatusPacket
-from armsyn.driver.quick import FastLayout, StatusLayout
+from armsyn.driver.quick import FastDecoding, FastLayout, StatusDecoding, StatusLayout
 from armsyn.driver.timing import BITS_PER_BYTE
 
 UNKNOWN_RETURN_DELAY = 508e-6
@@ -48,14 +47,13 @@ class Request:
 
     @cached_property
     def layout(self) -> FastLayout | StatusLayout:
-        """Of the answers, for decoding them at one go."""
+        """Of the answers, where nothing is stuffed and protocol 2.0 is spoken."""
         return (FastLayout if self.fast else StatusLayout)(self.sizes)
 
-    def decode(self, data: bytes) -> dict[int, StatusPacket] | None:
-        """All answers out of exactly their bytes; None when `data` is anything else."""
-        if self.protocol == 1 or len(data) != self.reply_bytes:
-            return None
-        return self.layout.decode(data)
+    def decoding(self) -> StatusDecoding | FastDecoding:
+        """Return a decoder of the answers to one such request of protocol 2.0."""
+        layout = self.layout
+        return FastDecoding(layout) if isinstance(layout, FastLayout) else StatusDecoding(layout)
 
     def duration(self, before: int, baud: int, return_delays: Mapping[int, float]) -> float:
         """Seconds on the wire, of `before` bytes, the request and its answers.

@@ -12,7 +12,7 @@ import os
 import select
 import termios
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import serial
@@ -25,7 +25,7 @@ WRITE_MARGIN = 0.5
 """Seconds beyond their time on the wire after which bytes must have been taken: a port that hangs
 must not hang the program, which would then not even end on Ctrl-C."""
 
-LOOK_BEFORE = 150e-6
+LOOK_BEFORE = 250e-6
 """Seconds before replies are due at which sleeping ends: what a sleep takes too long."""
 
 LOOK_AFTER = 100e-6
@@ -128,7 +128,9 @@ class SerialPort:
         except _LOST as error:
             raise self._lost(error) from error
 
-    def gather(self, count: int, expected: float) -> bytes:
+    def gather(
+        self, count: int, expected: float, look: Callable[[bytes], None] | None = None
+    ) -> bytes:
         """Bytes that should all have arrived at a moment that is known.
 
         Sleeps until shortly before it and then looks without sleeping, for the last sleep would
@@ -140,6 +142,8 @@ class SerialPort:
             How many bytes are waited for.
         expected : float
             When the last of them should be here, on the port's clock, s.
+        look : callable, optional
+            Given all that has come, before it is complete: to begin with it while waiting.
 
         Returns
         -------
@@ -157,7 +161,10 @@ class SerialPort:
             time.sleep(nap)
         until = expected + LOOK_AFTER
         while len(data) < count and time.monotonic() < until:
-            data += self.read_now()
+            if more := self.read_now():
+                data += more
+                if look is not None and len(data) < count:
+                    look(data)
         return data
 
     def read(self, deadline: float) -> bytes:

@@ -58,10 +58,14 @@ class SteppedSerial:
     def read_now(self) -> bytes:
         return self.read(self.now())
 
-    def gather(self, count: int, expected: float) -> bytes:
+    def gather(
+        self, count: int, expected: float, look: Callable[[bytes], None] | None = None
+    ) -> bytes:
         data = self.read_now()
         while len(data) < count and (chunk := self.read(expected)):
             data += chunk
+            if look is not None:
+                look(data)
         return data
 
     def close(self) -> None:
@@ -110,7 +114,9 @@ class SteppedArm:
         self.bus = SteppedBus(self)
 
     def session(self, rate: float = 200.0) -> ArmSession:
-        return ArmSession.attach(self.bus, self.description, rate, clock=self)
+        session = ArmSession.attach(self.bus, self.description, rate, clock=self)
+        session.gravity = False  # nothing has weight here
+        return session
 
     def at(self, delay: float, action: Callable[[], None]) -> None:
         """Do something once `delay` seconds have passed from now."""
