@@ -93,8 +93,8 @@ def find_couplings(
         apart = abs(zero + gear * (angles[base] - mountings[base].zero) - angles[number])
         if apart > APART:
             raise PlantError(
-                f"servos on the joint {joint} disagree: number {number + 1} lies {apart:.3f} rad from"
-                " where the first says; check start_tick, zero_tick and direction"
+                f"servos on the joint {joint} disagree: number {number + 1} lies {apart:.3f} rad"
+                " from where the first says; check start_tick, zero_tick and direction"
             )
         couplings.append((base, number, gear))
     return couplings

@@ -141,7 +141,7 @@ def _start_tick(table: _Table, model: ServoModel) -> int:
 
 
 def _named_registers(table: _Table, model: ServoModel) -> dict[str, int]:
-    """Return the registers that have a field of their own."""
+    """Return the registers that have a field of their own; a drive mode of 0 is that of none."""
     registers = {}
     if "shadow_of" in table and SECONDARY_ID in model.table.by_name:
         registers[SECONDARY_ID] = table["shadow_of"]
@@ -149,7 +149,8 @@ def _named_registers(table: _Table, model: ServoModel) -> dict[str, int]:
         if table["return_delay_us"] % 2:
             raise RigError("return_delay_us is not a multiple of 2 us", field="return_delay_us")
         registers["Return Delay Time"] = table["return_delay_us"] // 2
-    if "drive_mode" in table:
+    mode = table.get("drive_mode")
+    if mode or (mode is not None and "Drive Mode" in model.table.by_name):
         registers["Drive Mode"] = table["drive_mode"]
     return registers
 

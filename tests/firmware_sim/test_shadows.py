@@ -10,6 +10,7 @@ from firmware_sim.firmware.servo import Servo
 from firmware_sim.firmware.world import World
 from firmware_sim.rig.file import SET_UP, read_rig
 from firmware_sim.rig.settings import Mount, Rig
+from firmware_sim.rig.state_file import SavedState
 from firmware_sim.wire.bus import Bus
 from tests.firmware_sim.wire import Wire
 
@@ -127,7 +128,7 @@ def test_an_arms_other_tables_are_left_to_it(tmp_path: Path) -> None:
 def test_protocols_mix_on_the_bus_of_an_arm(tmp_path: Path) -> None:
     models = [("mx-106", 2), ("mx-64", 1), ("mx-28", 2), ("ax-18a", 1), ("xl-320", 2)]
     text = "".join(
-        f'[[servo]]\nid = {k}\nmodel = "{model}"\nprotocol = {protocol}\n\n'
+        f'[[servo]]\nid = {k}\nmodel = "{model}"\nprotocol = {protocol}\ndrive_mode = 0\n\n'
         for k, (model, protocol) in enumerate(models)
     )
     servos = build_simulation(rig_of(tmp_path, text, **SET_UP)).bus.servos
@@ -267,3 +268,16 @@ def test_the_watchdogs_of_both_are_armed_fed_and_cleared_by_the_leaders_id(tmp_p
         assert wire.ask(number, 0x02, bytes((WATCHDOG, 0, 1, 0))) == [(number, 0, 255)]
     assert wire.ask(2, 0x03, bytes((WATCHDOG, 0, 0))) == [(2, 0)]
     assert wire.ask(3, 0x02, bytes((WATCHDOG, 0, 1, 0))) == [(3, 0, 0)]
+
+
+def test_a_restored_state_turns_no_screw_either(tmp_path: Path) -> None:
+    rig = rig_of(tmp_path, FIGHTING)
+    before = build_simulation(rig).bus.world
+    put(before.servos[1], DRIVE_MODE, 1, 1)
+    snapshots = tuple(servo.snapshot() for servo in before.servos)
+    state = SavedState("state.json", tuple(servo.name for servo in rig.servos), snapshots)
+    world = build_simulation(rig, state=state).bus.world
+    assert value(world.servos[1], DRIVE_MODE, 1) == 1
+    send_goals(world, 1700)
+    world.advance(2.0)
+    assert [value(servo, POSITION, 4) for servo in world.servos] == pytest.approx([1700] * 2, abs=4)
