@@ -11,7 +11,7 @@ from armsyn.driver.models import servo_model
 from armsyn.driver.scan import BAUD_RATES, FoundServo, ScanProgress, ScanResult, scan
 from armsyn.driver.servos import title_of
 from armsyn.driver.setup_plan import Change, changes_of, wanted_settings
-from armsyn.driver.setup_write import destination
+from armsyn.driver.setup_write import check_vacant, destination
 from armsyn.driver.transactions import Bus
 from armsyn.errors import (
     BusTimeoutError,
@@ -144,13 +144,15 @@ def plan_servo(
     TorqueOnError
         It holds.
     ServoMismatchError, DescriptionError
-        It cannot be read, or not become what is described.
+        It cannot be read, or not become what is described; somebody answers in its new place.
     BusError, PortLostError
         As the bus.
     """
     image = read_eeprom(bus, found)
     check_limp(bus, ((found.servo_id, image.model, title_of(servo)),))
-    return ServoPlan(servo, image, changes_of(image, wanted_settings(arm, servo, image)))
+    plan = ServoPlan(servo, image, changes_of(image, wanted_settings(arm, servo, image)))
+    check_vacant(bus, image, plan.target, plan.title)
+    return plan
 
 
 def plan_arm(

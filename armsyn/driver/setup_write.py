@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from armsyn.driver.eeprom import EepromImage, check_limp, read_eeprom, row_of
+from armsyn.driver.protocol import MAXIMUM_ID as LAST_ID
 from armsyn.driver.scan import CLASSIC_BAUD_RATES, X_BAUD_RATES, FoundServo
 from armsyn.driver.scan_probe import Probe
 from armsyn.driver.setup_plan import Change, baud_code, place_last
@@ -27,6 +28,10 @@ from armsyn.errors import (
 
 _LOOKS = 3
 """How often a register is read back before it counts as refused."""
+
+
+_SETTLING = 0.05
+"""Seconds after which a servo is looked for at its new ID, protocol or baud rate."""
 
 
 @contextlib.contextmanager
@@ -72,9 +77,12 @@ def check_vacant(bus: Bus, image: EepromImage, target: FoundServo, title: str) -
     if (here.servo_id, here.protocol, here.baud) == (target.servo_id, target.protocol, target.baud):
         return
     bus.setBaudRate(target.baud)
-    answer = Probe(bus, target.protocol).ping(target.servo_id)
+    probe = Probe(bus, target.protocol)
+    answer = probe.ping(target.servo_id)
+    # noise that any ID is answered with is what servos make of a baud rate that is not theirs
+    talking = answer.garbled and not probe.ping((target.servo_id + 1) % LAST_ID).garbled
     bus.setBaudRate(here.baud)
-    if answer.packets or answer.garbled:
+    if answer.packets or talking:
         raise ServoMismatchError(
             f"{title} cannot become ID {target.servo_id} at {target.baud} baud on"
             f" {bus.port_name}: another servo answers there; connect only the one that is set up"
@@ -105,8 +113,6 @@ def write_changes(
     ------
     TorqueOnError
         The servo holds: nothing was written.
-    ServoMismatchError
-        Its new place is taken: nothing was written.
     HardwareFaultError
         It does not take a value, or fell silent; the message says which and what to do.
     PortLostError
@@ -115,7 +121,6 @@ def write_changes(
         A stop was asked for meanwhile; all is written.
     """
     check_limp(bus, ((image.found.servo_id, image.model, title),))
-    check_vacant(bus, image, destination(image, changes), title)
     place, done = image.found, 0
     with uninterrupted():
         try:
@@ -142,6 +147,7 @@ def _write(
     if change.name in ("ID", "Protocol Type", "Baud Rate"):
         target = destination(replace(image, found=place), (change,))
         bus.protocols[target.servo_id] = target.protocol
+        _settle(bus)
         if target.baud != place.baud:
             bus.setBaudRate(target.baud)
     value: int | None = None
@@ -153,6 +159,13 @@ def _write(
     if value is None and target != place:
         return _moved_not(bus, image, place, change, title)
     raise _refused(image, change, value, title, place.servo_id)
+
+
+def _settle(bus: Bus) -> None:
+    """Let the adapter send all that it was given, and the servo become who it is told to be."""
+    until = bus.serial_port.now() + _SETTLING
+    while bus.serial_port.now() < until:
+        bus.serial_port.read(until)
 
 
 def _moved_not(
