@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import tomllib
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
@@ -14,25 +13,29 @@ from numpy.typing import NDArray
 
 from armsyn.arm.calibration import Calibration
 from armsyn.arm.calibration_file import find_calibration, read_calibration, with_calibration
+from armsyn.arm.checks import TIP, check_description
 from armsyn.arm.gravity import Bodies, bodies_of
 from armsyn.arm.joints import ACCELERATION_TIME, JointDescription, TipDescription
-from armsyn.arm.link import InertiaDescription, Triple, check_inertia
+from armsyn.arm.link import Triple
 from armsyn.arm.search import find_file
 from armsyn.arm.servos import (
     GripperDescription,
     ServoDescription,
     calibration_of,
-    check_servos,
 )
-from armsyn.arm.shapes import BoxDescription, CapsuleDescription, PlaneDescription, check_shapes
+from armsyn.arm.shapes import BoxDescription, CapsuleDescription, PlaneDescription
 from armsyn.arm.solids import Solids
+from armsyn.arm.urdf import with_urdf
 from armsyn.errors import DescriptionError, InputError
 from armsyn.kinematics import Joint, SerialChain
 
 FloatArray = NDArray[np.float64]
 
 MAXIMUM_BYTES = 1_000_000
-TIP = "tip"
+MOST_JOINTS = 64
+MOST_SERVOS = 253
+"""IDs of a bus."""
+_SHAPES = msgspec.Meta(max_length=100)
 STANDARD_GRAVITY = 9.80665
 """m/s2."""
 
@@ -71,17 +74,17 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
     schema: Literal["armsyn-arm-1"]
     name: str
     title: str
-    joint: tuple[JointDescription, ...]
+    joint: Annotated[tuple[JointDescription, ...], msgspec.Meta(max_length=MOST_JOINTS)]
     tip: TipDescription
     anatomy: dict[str, str] = msgspec.field(name="landmarks")
-    servo: tuple[ServoDescription, ...] = ()
+    servo: Annotated[tuple[ServoDescription, ...], msgspec.Meta(max_length=MOST_SERVOS)] = ()
     gripper: GripperDescription | None = None
     follows: Literal["landmarks", "hand"] = "landmarks"
     facing: float = 0.0
     gravity: Triple = (0.0, 0.0, -STANDARD_GRAVITY)
-    base_shape: tuple[CapsuleDescription, ...] = ()
-    plane: tuple[PlaneDescription, ...] = ()
-    box: tuple[BoxDescription, ...] = ()
+    base_shape: Annotated[tuple[CapsuleDescription, ...], _SHAPES] = ()
+    plane: Annotated[tuple[PlaneDescription, ...], _SHAPES] = ()
+    box: Annotated[tuple[BoxDescription, ...], _SHAPES] = ()
     collision_ignore: tuple[tuple[str, str], ...] = ()
 
     @cached_property
@@ -233,7 +236,7 @@ def load_arm(
         the message names file and field. A calibration that is another arm's.
     """
     path = find_file(name, ".toml", directory)
-    description = parse_arm(_read(path), str(path))
+    description = parse_arm(_read(path), str(path), path.parent)
     if description.name != path.stem:
         raise DescriptionError(f"{path}: name is {description.name!r}, the file says {path.stem!r}")
     overlay = find_calibration(name, unit, directory) if calibrated else None
@@ -241,7 +244,7 @@ def load_arm(
         return description
     try:
         description = with_calibration(description, read_calibration(overlay))
-        _check(description)
+        check_description(description)
     except DescriptionError:
         raise
     except InputError as error:
@@ -249,7 +252,7 @@ def load_arm(
     return description
 
 
-def parse_arm(text: str, where: str) -> ArmDescription:
+def parse_arm(text: str, where: str, folder: Path | None = None) -> ArmDescription:
     """Read a description from TOML text.
 
     Parameters
@@ -257,6 +260,8 @@ def parse_arm(text: str, where: str) -> ArmDescription:
     text : str
     where : str
         The file, for messages.
+    folder : Path, optional
+        That holds the URDF, if the text names one.
 
     Returns
     -------
@@ -268,11 +273,12 @@ def parse_arm(text: str, where: str) -> ArmDescription:
         As `load_arm`.
     """
     try:
-        document = tomllib.loads(text)
+        document = with_urdf(tomllib.loads(text), folder)
         description = msgspec.convert(document, ArmDescription)
-        _check(description)
-    except (tomllib.TOMLDecodeError, msgspec.ValidationError, InputError, RecursionError) as error:
-        raise DescriptionError(f"{where}: {error}") from error
+        check_description(description)
+    except (ValueError, OverflowError, RecursionError, InputError) as error:
+        # Also of numbers with more digits than Python reads
+        raise DescriptionError(f"{where}: {' '.join(str(error).split())}") from error
     return description
 
 
@@ -283,53 +289,3 @@ def _read(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise DescriptionError(f"{path}: {error}") from error
-
-
-def _check(arm: ArmDescription) -> None:
-    """What the types cannot say."""
-    _check_finite(arm)
-    _ = arm.chain  # names, axes and limits
-    for joint in arm.joint:
-        if not joint.lower <= joint.rest <= joint.upper:
-            raise InputError(f"joint {joint.name}: rest {joint.rest:g} is outside its limits")
-        if joint.link is not None and joint.link.inertia is not None:
-            _check_link(joint.name, joint.link.inertia)
-    frames = {*arm.joint_names, TIP}
-    for landmark, frame in arm.anatomy.items():
-        if frame not in frames:
-            raise InputError(f"landmark {landmark}: {frame!r} is neither a joint nor {TIP!r}")
-    if not arm.anatomy or list(arm.anatomy.values())[-1] != TIP:
-        raise InputError(f"landmarks: the last one is the hand and must be {TIP!r}")
-    check_shapes(arm)
-    if arm.servo:
-        check_servos(arm)
-
-
-def _check_link(joint: str, inertia: InertiaDescription) -> None:
-    try:
-        check_inertia(inertia)
-    except InputError as error:
-        raise InputError(f"joint {joint}: link: {error}") from None
-
-
-def _check_finite(arm: ArmDescription) -> None:
-    """TOML knows nan and inf; no number of an arm may be one."""
-    tables: list[tuple[str, msgspec.Struct]] = [("", arm), ("tip: ", arm.tip)]
-    tables += [("base_shape: ", shape) for shape in arm.base_shape]
-    tables += [(f"plane {plane.name}: ", plane) for plane in arm.plane]
-    tables += [(f"box {box.name}: ", box) for box in arm.box]
-    for joint in arm.joint:
-        tables.append((f"joint {joint.name}: ", joint))
-        tables += [(f"joint {joint.name}: shape: ", shape) for shape in joint.shape or ()]
-        if joint.link is not None:
-            tables.append((f"joint {joint.name}: link: ", joint.link))
-        if joint.link is not None and joint.link.inertia is not None:
-            tables.append((f"joint {joint.name}: link: inertia: ", joint.link.inertia))
-    tables += [(f"servo {servo.id}: ", servo) for servo in arm.servo]
-    if arm.gripper is not None:
-        tables.append(("gripper: ", arm.gripper))
-    for where, table in tables:
-        for field, value in msgspec.structs.asdict(table).items():
-            numbers = value if isinstance(value, tuple) else (value,)
-            if any(isinstance(x, float) and not math.isfinite(x) for x in numbers):
-                raise InputError(f"{where}{field} must be finite, got {value}")

@@ -48,7 +48,7 @@ class JointDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     xyz: Triple = (0.0, 0.0, 0.0)
     rpy: Triple = (0.0, 0.0, 0.0)
     link: LinkDescription | None = None
-    shape: tuple[CapsuleDescription, ...] | None = None
+    shape: Annotated[tuple[CapsuleDescription, ...], msgspec.Meta(max_length=100)] | None = None
     max_jerk: Positive | None = None
 
 
