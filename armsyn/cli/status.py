@@ -76,7 +76,14 @@ def _watch(bus: Bus, first: ArmStatus) -> ArmStatus:
 
 
 def _print(found: ArmStatus, findings: tuple[Finding, ...]) -> None:
-    from armsyn.cli.status_tables import bus_line, console, hand_line, settings_table, state_table
+    from armsyn.cli.status_tables import (
+        bus_line,
+        console,
+        finding_lines,
+        hand_line,
+        settings_table,
+        state_table,
+    )
 
     screen = console()
     screen.print(state_table(found))
@@ -87,9 +94,8 @@ def _print(found: ArmStatus, findings: tuple[Finding, ...]) -> None:
     screen.print()
     if not findings:
         screen.print("no problem found")
-    for finding in findings:
-        style = "bold red" if finding.level == "problem" else "yellow"
-        screen.print(f"{finding.level}: {finding}", style=style)
+    for line in finding_lines(findings):
+        screen.print(line, soft_wrap=True)
 
 
 def _print_json(content: dict[str, Any]) -> None:

@@ -111,9 +111,22 @@ def bus_line(status: ArmStatus) -> str:
     )
 
 
+def finding_lines(findings: Iterable[Finding]) -> list[Text]:
+    """Findings in one line each; those that many servos share, together."""
+    shared: dict[tuple[str, str, str], list[str]] = {}
+    for finding in findings:
+        shared.setdefault((finding.level, finding.what, finding.cure), []).append(finding.where)
+    lines = []
+    for (level, what, cure), where in shared.items():
+        ending = f": {cure}" if cure else ""
+        style = "bold red" if level == "problem" else "yellow"
+        lines.append(Text(f"{level}: {', '.join(where)}: {what}{ending}", style=style))
+    return lines
+
+
 def live_view(status: ArmStatus, findings: Iterable[Finding]) -> Group:
     """Posture and health with the problems below, for a live table."""
-    problems = [Text(str(f), style="bold red") for f in findings if f.level == "problem"]
+    problems = finding_lines(f for f in findings if f.level == "problem")
     return Group(state_table(status), Text(hand_line(status)), *problems)
 
 
@@ -177,8 +190,7 @@ def _load(servo: ServoStatus) -> str | None:
 def _errors(servo: ServoStatus) -> str:
     if servo.model is None:
         return "no reply" if not servo.answers else "unknown model"
-    status = servo.model.layout.hardware_error(servo.values.get("Hardware Error Status", 0))
-    return reg.hardware_error_names(status) if status else ""
+    return reg.hardware_error_names(servo.hardware_error) if servo.hardware_error else ""
 
 
 def _mode(servo: ServoStatus) -> str | None:

@@ -15,11 +15,12 @@ from armsyn.arm import ArmDescription
 from armsyn.arm.gravity import gravity_torque
 from armsyn.driver import power
 from armsyn.driver import registers as reg
+from armsyn.driver.presence import hardware_error
 from armsyn.driver.servos import ServoGroup
 from armsyn.errors import BusTimeoutError, HardwareFaultError, InputError
 
 FALLING_TORQUE = 0.05
-"""N m of weight from which on a joint is said to fall, about what gears hold by friction: chosen."""
+"""N m of weight from which on a joint is said to fall: about what gears hold by friction."""
 
 RELEASE_ATTEMPTS = 3
 
@@ -162,9 +163,7 @@ def read_latched(group: ServoGroup) -> Latched:
     """Read what a fault left behind; errors as `ServoGroup.read`."""
     watchdogs = group.read("Bus Watchdog")
     errors = {
-        servo_id: group.models[servo_id].layout.hardware_error(status)
-        for servo_id, status in group.read("Hardware Error Status").items()
-        if status
+        servo_id: error for servo_id in group.ids if (error := hardware_error(group, servo_id))
     }
     return Latched(
         armed=tuple(i for i, value in watchdogs.items() if value > 0),

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from armsyn.driver import registers as reg
 from armsyn.driver.clock import Clock, MonotonicClock
+from armsyn.driver.presence import hardware_error
 from armsyn.driver.servos import ServoGroup
 from armsyn.errors import BusTimeoutError, HardwareFaultError
 
@@ -130,8 +131,7 @@ class Rebooter:
         return 0
 
     def _error(self, servo_id: int) -> int:
-        status = self.group.read("Hardware Error Status", (servo_id,)).get(servo_id, 0)
-        return self.group.models[servo_id].layout.hardware_error(status)
+        return hardware_error(self.group, servo_id)
 
     def _position(self, servo_id: int) -> int:
         return self.group.read("Present Position", (servo_id,))[servo_id]

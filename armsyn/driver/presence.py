@@ -9,9 +9,12 @@ import msgspec
 
 from armsyn.arm import ServoDescription
 from armsyn.driver.models import ServoModel, find_number
+from armsyn.driver.plans import ReadPlan
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.transactions import Bus
 from armsyn.errors import BusTimeoutError, ServoMissingError, ServoStatusError
+
+_ATTEMPTS = 3
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,27 @@ def require_somebody(presence: Presence, arm: str) -> None:
         f"no reply at {bus.baudrate} baud from any servo of {arm} on {bus.port_name}: check the"
         " servos' supply and cable; armsyn scan finds other baud rates and IDs",
         tuple(servo.id for servo in presence.missing),
+    )
+
+
+def hardware_error(group: ServoGroup, servo_id: int) -> int:
+    """Hardware error of a servo in the X series' bits; in protocol 1.0 of its answer's flags.
+
+    Raises
+    ------
+    BusError, PortLostError
+        As `ServoGroup.read`.
+    """
+    layout = group.models[servo_id].layout
+    if "Hardware Error Status" in layout:
+        return layout.hardware_error(group.read("Hardware Error Status", (servo_id,))[servo_id])
+    torque = layout["Torque Enable"]
+    plan = ReadPlan("single", 1, torque.address, torque.size, (servo_id,))
+    for _ in range(_ATTEMPTS):
+        if reply := group.bus.exchange(b"", (plan,), group.bus.margin).get(servo_id):
+            return layout.hardware_error(reply.hardware_error or 0)
+    raise BusTimeoutError(
+        f"no answer from {group.title(servo_id)} on {group.bus.port_name}", (servo_id,)
     )
 
 

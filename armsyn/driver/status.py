@@ -6,6 +6,7 @@ faulty are told of (`armsyn.driver.status_findings`), never refused.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,8 +18,7 @@ from armsyn.arm import ArmDescription
 from armsyn.arm.servos import ServoDescription, calibration_of
 from armsyn.driver import registers as reg
 from armsyn.driver.models import ServoModel
-from armsyn.driver.plans import ReadPlan
-from armsyn.driver.presence import find_present, model_found
+from armsyn.driver.presence import find_present, hardware_error, model_found
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.timing import fitting_rate
 from armsyn.driver.transactions import Bus
@@ -114,6 +114,14 @@ class ServoStatus:
         if self.model.layout is reg.X:
             return self._scaled("Present Current", LOAD_UNIT)
         return self._scaled("Present Load", 100.0 / 1023.0)
+
+    @property
+    def hardware_error(self) -> int:
+        """In the X series' bits; 0 where it is not known."""
+        status = self.values.get("Hardware Error Status", 0)
+        if self.model is None or "Hardware Error Status" not in self.model.layout:
+            return status
+        return self.model.layout.hardware_error(status)
 
     @property
     def torque(self) -> bool | None:
@@ -266,9 +274,10 @@ def _read_values(group: ServoGroup) -> dict[int, dict[str, int]]:
     alive = list(group.ids)
     for name in (*SETTINGS, *STATE):
         _read_one(group, name, alive, values)
-    for servo in group.servos:
-        if servo.protocol == 1 and servo.id in alive:
-            _read_flags(group, servo.id, values[servo.id])
+    for servo_id in alive:
+        if "Hardware Error Status" not in group.models[servo_id].layout:
+            with contextlib.suppress(BusTimeoutError):
+                values[servo_id]["Hardware Error Status"] = hardware_error(group, servo_id)
     return values
 
 
@@ -281,19 +290,10 @@ def _read_one(
             for servo_id, value in group.read(name, asked).items():
                 values[servo_id][name] = value
         except BusTimeoutError as error:
-            for servo_id in error.servo_ids or asked:
+            for servo_id in tuple(error.servo_ids or asked):
                 alive.remove(servo_id)
                 asked.remove(servo_id)
         except ServoStatusError as error:  # has no such register, or refuses: left out
             asked.remove(error.servo_id)
         else:
             return
-
-
-def _read_flags(group: ServoGroup, servo_id: int, values: dict[str, int]) -> None:
-    """Protocol 1.0 has no Hardware Error Status: each answer brings the flags along."""
-    torque = group.models[servo_id].layout["Torque Enable"]
-    plan = ReadPlan("single", 1, torque.address, torque.size, (servo_id,))
-    reply = group.bus.exchange(b"", (plan,)).get(servo_id)
-    if reply is not None and reply.hardware_error is not None:
-        values["Hardware Error Status"] = reply.hardware_error

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from armsyn.driver import registers as reg
-from armsyn.driver.checks import LARGEST_HOMING_OFFSET
+from armsyn.driver.checks import LARGEST_HOMING_OFFSET, PAIR_TOLERANCE_TICKS, cure_of_error
 from armsyn.driver.models import model_name
 from armsyn.driver.power import GOAL_TOLERANCE_TICKS
 from armsyn.driver.status import ArmStatus, ServoStatus
@@ -75,6 +75,7 @@ def find(status: ArmStatus) -> tuple[Finding, ...]:
             *(finding for servo in status.servos for finding in _of_servo(servo, status)),
             *_of_pairs(status),
             *_of_joints(status),
+            *_watched(status),
             *_strangers(status),
         ]
     findings += _of_bus(status)
@@ -125,14 +126,12 @@ def _of_servo(servo: ServoStatus, status: ArmStatus) -> Iterator[Finding]:
 
 
 def _faults(servo: ServoStatus) -> Iterator[Finding]:
-    assert servo.model is not None  # noqa: S101 - chosen so
-    error = servo.model.layout.hardware_error(servo.values.get("Hardware Error Status", 0))
-    if error:
-        yield _problem(
-            servo,
-            f"hardware error: {reg.hardware_error_names(error)}",
-            "see to the cause, support the arm, then armsyn reboot (its torque drops)",
-        )
+    if servo.hardware_error:
+        names = reg.hardware_error_names(servo.hardware_error)
+        yield _problem(servo, f"hardware error: {names}", cure_of_error(servo.described))
+    elif servo.values.get("Torque Limit") == 0:
+        cure = cure_of_error(servo.described)
+        yield _problem(servo, "has shut itself down (Torque Limit reads 0)", cure)
     watchdog = servo.values.get("Bus Watchdog", 0)
     if watchdog == reg.WATCHDOG_EXPIRED:
         yield _problem(
@@ -162,6 +161,20 @@ def _supply(servo: ServoStatus) -> Iterator[Finding]:
         yield _problem(servo, text, f"its supply should have {supply:g} V")
     elif abs(voltage - supply) > SUPPLY_TOLERANCE * supply:
         yield _problem(servo, f"{voltage:.1f} V, described {supply:g} V", "check its supply")
+
+
+def _watched(status: ArmStatus) -> Iterator[Finding]:
+    lacking = [
+        servo for servo in status.servos if servo.values and "Bus Watchdog" not in servo.values
+    ]
+    if lacking:
+        named = ", ".join(str(servo.described.id) for servo in lacking)
+        yield Finding(
+            "note",
+            f"servo {named}",
+            "no bus watchdog: goes on to its last goal if the host dies",
+            "motions ask for --accept-no-watchdog",
+        )
 
 
 def _heat(servo: ServoStatus) -> Iterator[Finding]:
@@ -239,6 +252,7 @@ def _of_pairs(status: ArmStatus) -> Iterator[Finding]:
         if follows != wanted:
             what = f"does not follow servo {wanted}: its Secondary ID is {follows}"
             yield _problem(servo, what, f"{RELEASE} armsyn setup")
+        yield from _apart(servo, found[wanted])
         if servo.torque is not None and servo.torque != found[wanted].torque:
             yield _problem(
                 servo,
@@ -246,6 +260,18 @@ def _of_pairs(status: ArmStatus) -> Iterator[Finding]:
                 f" {_on(found[wanted])}",
                 "support the arm, then armsyn release",
             )
+
+
+def _apart(shadow: ServoStatus, leader: ServoStatus) -> Iterator[Finding]:
+    ticks = [servo.values.get("Present Position") for servo in (shadow, leader)]
+    if ticks[0] is None or ticks[1] is None or abs(ticks[0] - ticks[1]) <= PAIR_TOLERANCE_TICKS:
+        return
+    yield _problem(
+        shadow,
+        f"reads {abs(ticks[0] - ticks[1])} ticks off servo {leader.described.id} on the same joint,"
+        f" {PAIR_TOLERANCE_TICKS} are allowed: they would fight each other",
+        "armsyn calibrate",
+    )
 
 
 def _on(servo: ServoStatus) -> str:
