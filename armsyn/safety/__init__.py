@@ -1,16 +1,11 @@
 """What an arm may do: pure functions that allow a motion or a command, or say why not."""
 
 from armsyn.safety.collision import MARGIN, Clearances, Closest, check_collision, closest
-from armsyn.safety.command import CommandLimits, check_command, check_following
-from armsyn.safety.tick import (
-    TickState,
-    Verdict,
-    averaged_current,
-    check_load,
-    check_rates,
-    judge_tick,
-    warm_joints,
-)
+from armsyn.safety.command import check_command, check_following, check_rates
+from armsyn.safety.limits import CommandLimits
+from armsyn.safety.load import averaged_current, check_load, warm_joints
+from armsyn.safety.state import TickState
+from armsyn.safety.tick import Verdict, judge_tick
 from armsyn.safety.trajectory import START_TOLERANCE, check_trajectory
 
 __all__ = [

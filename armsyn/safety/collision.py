@@ -80,9 +80,10 @@ class Clearances:
         arm : ArmDescription
         margin : float
             m.
-        start : array_like, shape (n,), optional
-            Where the arm is, rad: what is nearer than the margin there may stay as near, so that
-            an arm can leave a contact; it must not get more than `LEAVING` deeper.
+        start : array_like, shape (n,) or (m, n), optional
+            Where the arm is, rad, by one or several accounts: what is nearer than the margin there
+            may stay as near, so that an arm can leave a contact; it must not get more than
+            `LEAVING` deeper.
 
         Returns
         -------
@@ -98,8 +99,9 @@ class Clearances:
         solids = arm.solids
         required = np.minimum(margin, solids.at_rest)
         if start is not None:
-            posture = arm.chain.checked_posture(start)
-            required = np.minimum(required, solids.clearances(posture[None])[0] - LEAVING)
+            postures = _checked_path(np.atleast_2d(np.asarray(start, dtype=np.float64)), arm)
+            there = solids.clearances(postures) - LEAVING
+            required = np.minimum(required, there.min(axis=0, initial=np.inf))
         return cls(solids, required, margin)
 
     def broken_by(self, posture: FloatArray) -> CollisionError | None:

@@ -7,7 +7,7 @@ stream's matter. Stop the arm by letting its goals stand still, and start from r
 
 from __future__ import annotations
 
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,61 +17,13 @@ from armsyn.errors import (
     ArmsynError,
     CollisionError,
     CommandFaultError,
-    LimitError,
-    ServoLoadError,
 )
-from armsyn.safety.command import CommandLimits, check_command, check_following
+from armsyn.safety.command import check_command, check_following, check_rates
+from armsyn.safety.limits import CommandLimits
+from armsyn.safety.load import check_load
+from armsyn.safety.state import TickState
 
 FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-
-CURRENT_MEMORY = 0.5
-"""s over which currents are averaged before they are judged: accelerating takes short ones."""
-
-WARM = 5.0
-"""Degrees Celsius below its limit at which a servo is warned of."""
-
-_UNKNOWN = np.array(np.nan)
-_NONE_FRESH = np.array(False)
-
-
-class TickState(NamedTuple):
-    """What a tick is judged by.
-
-    Attributes
-    ----------
-    commands : array, shape (3, n)
-        The last three, a period apart, oldest first, rad.
-    measured : array, shape (n,)
-        Where the joints were last seen, rad.
-    speed : array, shape (n,)
-        Of the goals, of late, rad/s, not negative.
-    fresh : array of bool, shape (n,)
-        Which of `measured` are answers to the last command.
-    temperature, current, voltage : array, shape (n,)
-        Last known, degrees Celsius, A (see `averaged_current`) and V; NaN where unknown.
-    """
-
-    commands: FloatArray
-    measured: FloatArray
-    speed: FloatArray
-    fresh: BoolArray
-    temperature: FloatArray = _UNKNOWN
-    current: FloatArray = _UNKNOWN
-    voltage: FloatArray = _UNKNOWN
-
-    @classmethod
-    def at_rest(cls, posture: ArrayLike) -> Self:
-        """State of an arm whose goals stand still at a posture, shape (n,), rad; nothing fresh."""
-        goals = np.array(posture, dtype=np.float64)
-        return cls(
-            np.tile(goals, (3, 1)), goals, np.zeros(goals.size), np.zeros(goals.size, np.bool_)
-        )
-
-    def after(self, command: FloatArray) -> Self:
-        """Return the state once a command, shape (n,), rad, has been sent; not yet answered."""
-        commands = np.concatenate([self.commands[1:], command[None]])
-        return self._replace(commands=commands, fresh=_NONE_FRESH)
 
 
 class Verdict(NamedTuple):
@@ -125,125 +77,6 @@ def judge_tick(state: TickState, wanted: ArrayLike, limits: CommandLimits) -> Ve
         if collision is not None:
             return Verdict(None, _collision_fault(collision, limits.clearances.margin))
     return Verdict(command, None)
-
-
-def check_rates(
-    wanted: FloatArray, commands: FloatArray, limits: CommandLimits
-) -> LimitError | None:
-    """Whether acceleration and jerk of a command are within limits, after three others.
-
-    Parameters
-    ----------
-    wanted : array, shape (n,)
-        rad.
-    commands : array, shape (3, n)
-        Those before it, a period apart, oldest first, rad.
-    limits : CommandLimits
-
-    Returns
-    -------
-    LimitError or None
-        Of the first joint beyond a limit: by second and third differences of the commands over
-        the period's square and cube. Values that are not finite are beyond.
-    """
-    oldest, older, last = commands
-    step = last - older
-    bend = wanted - last - step
-    twist = bend - step + (older - oldest)
-    # NaN is not within anything
-    gentle, smooth = np.abs(bend) <= limits.max_bend, np.abs(twist) <= limits.max_twist
-    if gentle.all() and smooth.all():
-        return None
-    if not gentle.all():
-        joint, change, power = int(np.argmin(gentle)), bend, 2
-        limit, what = limits.max_acceleration, "an acceleration of {:.1f} rad/s2"
-    else:
-        joint, change, power = int(np.argmin(smooth)), twist, 3
-        limit, what = limits.max_jerk, "a jerk of {:.0f} rad/s3"
-    value = abs(float(change[joint])) / limits.period**power
-    return LimitError(
-        f"joint {limits.names[joint]}: the command asks for {what.format(value)},"
-        f" {limit[joint]:.0f} are allowed",
-        limits.names[joint],
-        value,
-        float(limit[joint]),
-    )
-
-
-def check_load(state: TickState, limits: CommandLimits) -> ServoLoadError | None:
-    """Whether no servo is too hot, takes too much current or has a wrong voltage.
-
-    Parameters
-    ----------
-    state : TickState
-    limits : CommandLimits
-
-    Returns
-    -------
-    ServoLoadError or None
-    """
-    n = (len(limits.names),)
-    for value, beyond, limit, text in (
-        (
-            state.temperature,
-            state.temperature > limits.max_temperature,
-            limits.max_temperature,
-            "is {0:.0f} degrees Celsius hot, {1:.0f} are allowed: let it cool down",
-        ),
-        (
-            state.current,
-            np.abs(state.current) > limits.max_current,
-            limits.max_current,
-            "takes {0:.2f} A, {1:.2f} A are allowed: something holds it, or the load is too much",
-        ),
-        (
-            state.voltage,
-            state.voltage < limits.min_voltage,
-            limits.min_voltage,
-            "is supplied with {0:.1f} V, at least {1:.1f} V are needed: check supply and cables",
-        ),
-        (
-            state.voltage,
-            state.voltage > limits.max_voltage,
-            limits.max_voltage,
-            "is supplied with {0:.1f} V, at most {1:.1f} V are allowed: check the supply",
-        ),
-    ):
-        if beyond.any():
-            joint = int(np.argmax(beyond))
-            found, most = float(np.broadcast_to(value, n)[joint]), float(limit[joint])
-            name = limits.names[joint]
-            return ServoLoadError(
-                f"joint {name}: its servo {text.format(found, most)}", name, found, most
-            )
-    return None
-
-
-def warm_joints(state: TickState, limits: CommandLimits) -> tuple[str, ...]:
-    """Names of the joints whose servos are within `WARM` of too hot, or beyond."""
-    warm = np.broadcast_to(state.temperature > limits.max_temperature - WARM, (len(limits.names),))
-    return tuple(name for name, is_warm in zip(limits.names, warm, strict=True) if is_warm)
-
-
-def averaged_current(average: FloatArray, current: FloatArray, period: float) -> FloatArray:
-    """Let a moving average of currents take in new ones.
-
-    Parameters
-    ----------
-    average, current : array, shape (n,)
-        A; NaN where unknown. An unknown average begins with the current, and an unknown current
-        leaves the average as it is.
-    period : float
-        Since the last one, s.
-
-    Returns
-    -------
-    array, shape (n,)
-        A.
-    """
-    share = min(period / CURRENT_MEMORY, 1.0)
-    moved = np.where(np.isnan(average), current, average + share * (current - average))
-    return np.where(np.isnan(current), average, moved)
 
 
 def _as_posture(wanted: ArrayLike, n: int) -> FloatArray | None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from armsyn.arm import ArmDescription
 from armsyn.errors import InputError, LimitError, RefusedMotionError
 from armsyn.safety.collision import check_collision
-from armsyn.safety.command import POSITION_TOLERANCE
+from armsyn.safety.limits import POSITION_TOLERANCE
 
 FloatArray = NDArray[np.float64]
 

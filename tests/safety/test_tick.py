@@ -279,7 +279,11 @@ def test_a_command_into_a_post() -> None:
     assert judge_tick(TickState.at_rest(near), near - np.array([0.001, 0.0]), there).fault is None
     deeper = near + np.array([0.01, 0.0])
     assert judge_tick(TickState.at_rest(deeper), deeper, there).fault is not None
-    with pytest.raises(InputError, match="2 finite numbers"):
+    either = CommandLimits.of(arm, PERIOD, [free, near])
+    assert judge_tick(TickState.at_rest(near), near, either).fault is None
+    assert there.clearances is not None
+    assert there.clearances.broken_by(np.array([np.nan, 0.0])) is not None
+    with pytest.raises(InputError, match="2 finite columns"):
         CommandLimits.of(arm, PERIOD, [0.0])
 
 
