@@ -9,9 +9,11 @@ import math
 
 import numpy as np
 
+from armsyn.driver.operate import torque_is_on
 from armsyn.driver.path import straight_way
 from armsyn.driver.recording import Recording
 from armsyn.driver.run import PARK_TOLERANCE
+from armsyn.driver.servos import ServoGroup
 from armsyn.driver.session import ArmSession
 from armsyn.driver.stream import OnTick
 from armsyn.errors import InputError
@@ -68,8 +70,11 @@ def jog(
 
 
 def is_parked(session: ArmSession) -> bool:
-    """Whether the arm is at rest already, within what parking allows."""
-    return bool(np.abs(session.read_posture() - session.arm.rest).max() <= PARK_TOLERANCE)
+    """Whether the arm is at rest already, within what parking allows, and limp."""
+    arm = session.arm
+    if np.abs(session.read_posture() - arm.rest).max() > PARK_TOLERANCE:
+        return False
+    return not any(torque_is_on(ServoGroup(session.bus, (*arm.leaders, *arm.shadows))).values())
 
 
 def park(session: ArmSession, on_tick: OnTick | None = None) -> Recording:

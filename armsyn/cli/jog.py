@@ -1,0 +1,55 @@
+"""`armsyn jog`: move one joint of an arm by a little."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import click
+
+from armsyn.cli.moving import session_on, status_of, with_progress
+from armsyn.cli.operating import arm_options, consent_option, print_json, rate_option, say
+
+
+@click.command(context_settings={"ignore_unknown_options": True})
+@click.argument("joint")
+@click.argument("degrees", type=float)
+@arm_options
+@click.option(
+    "--speed",
+    type=float,
+    default=10.0,
+    show_default=True,
+    metavar="DEG/S",
+    help="That the joint does not exceed.",
+)
+@rate_option
+@consent_option
+def jog(joint: str, degrees: float, speed: float, **options: Any) -> None:
+    """Move JOINT by DEGREES (at most 45, negative backwards), slowly; then hold.
+
+    Checked like any motion before torque goes on: ranges, collisions. The arm holds afterwards
+    with its torque on: `armsyn park` puts it to rest, `armsyn release` lets it go.
+    """
+    from armsyn.driver.operate_move import jog as move
+
+    with session_on(options) as (there, session):
+        before = session.read_posture()
+        recording = with_progress(
+            lambda show: move(session, joint, math.radians(degrees), math.radians(speed), show)
+        )
+        row = there.arm.joint_names.index(joint)
+        start, end = (math.degrees(p[row]) for p in (before, session.read_posture()))
+        if options["as_json"]:
+            print_json(
+                {
+                    "joint": joint,
+                    "before_rad": math.radians(start),
+                    "after_rad": math.radians(end),
+                    "ending": recording.ending.value,
+                }
+            )
+        else:
+            text = f"{joint}: {start:.1f} to {end:.1f} degrees ({end - start:+.1f})"
+            say(f"{text}; {recording.ending.value}", options)
+    click.get_current_context().exit(status_of(recording.ending))
