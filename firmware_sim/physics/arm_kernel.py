@@ -24,6 +24,8 @@ COLUMNS = np.array(
         kernel.DEMAND,
         kernel.LAST_DEMAND,
         kernel.UNDER_WAY,
+        kernel.STOP_LOW,
+        kernel.STOP_HIGH,
     ],
     dtype=np.intp,
 )
@@ -77,6 +79,32 @@ def load_joints(
         frictions[dof] += static * x[friction] * x[factor]
         if x[jammed]:
             frictions[dof] += figures[2]
+
+
+@compiled
+def find_stops(state: FloatArray, columns: IndexArray, known: FloatArray) -> bool:
+    """Look where obstacles are.
+
+    Parameters
+    ----------
+    state : ndarray of float, shape (servos, kernel.COLUMNS)
+    columns : ndarray of int
+        `COLUMNS`.
+    known : ndarray of float, shape (servos, 2)
+        Where they were, rad, clockwise and counter-clockwise; gets where they are.
+
+    Returns
+    -------
+    bool
+        Whether that is elsewhere.
+    """
+    changed = False
+    for i in range(len(state)):
+        low, high = state[i, columns[7]], state[i, columns[8]]
+        if low != known[i, 0] or high != known[i, 1]:
+            changed = True
+            known[i, 0], known[i, 1] = low, high
+    return changed
 
 
 @compiled

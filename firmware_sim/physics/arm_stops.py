@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from firmware_sim.physics import kernel
+from firmware_sim.physics.arm_kernel import COLUMNS, find_stops
 from firmware_sim.physics.arm_model import QUICK, STIFF, ArmModel
-
-_COLUMNS = [kernel.STOP_LOW, kernel.STOP_HIGH]
 
 
 class Stops:
@@ -36,9 +35,8 @@ class Stops:
         mounts : ndarray of float, shape (2, servos)
             Directions, 1 or -1, and angles of the horns at the joints' zeros, rad.
         """
-        if np.array_equal(state[:, _COLUMNS], self._known):
+        if not find_stops(state, COLUMNS, self._known):
             return
-        self._known = state[:, _COLUMNS]
         for table, own in zip(self._tables, self._own, strict=True):
             table[:] = own
         directions, zeros = mounts

@@ -22,7 +22,8 @@ def on_servos(arm: ArmDescription, posture: np.ndarray) -> tuple[Axes, MujocoPla
     document = tomllib.loads(build_rig(arm))
     axes = Axes(len(posture))
     stiffness = []
-    for axis, servo, angle in zip(axes, document["servo"], posture, strict=True):
+    servos = document["servo"][: len(posture)]  # without the gripper's
+    for axis, servo, angle in zip(axes, servos, posture, strict=True):
         motor = find_model(servo["model"]).motor
         zero = servo["zero_tick"] * TICK
         start = zero + TICK * round(servo["direction"] * angle / TICK)
@@ -32,9 +33,9 @@ def on_servos(arm: ArmDescription, posture: np.ndarray) -> tuple[Axes, MujocoPla
     plant = MujocoPlant(
         axes,
         document["plant"]["mjcf"],
-        [servo["joint"] for servo in document["servo"]],
-        [servo["direction"] for servo in document["servo"]],
-        [servo["zero_tick"] * TICK for servo in document["servo"]],
+        [servo["joint"] for servo in servos],
+        [servo["direction"] for servo in servos],
+        [servo["zero_tick"] * TICK for servo in servos],
         supply_resistance=0.0,
     )
     return axes, plant, np.array(stiffness)
