@@ -29,8 +29,10 @@ In ``<arm>.toml``, m and rad::
 
 A joint without shapes gets a capsule of `STAND_IN_RADIUS` from its frame to the next joint's, or
 the tip; ``shape = []`` says that there is none. Not judged are links next to each other (links
-without shapes in between do not count), what stands in ``collision_ignore`` (a link has its
-joint's name, the base ``base``), and pairs of links with such a stand-in that touch at rest.
+without shapes in between do not count) and others that one joint alone moves against each other:
+its limits are their judge. Nor is what stands in ``collision_ignore`` (a link has its joint's name,
+the base ``base``), nor pairs of links with a stand-in that touch at rest. Anything else that
+touches at rest is refused, when a motion is checked for the first time.
 """
 
 from __future__ import annotations

@@ -101,7 +101,8 @@ class Solids:
     def _pairs(self, arm: ArmDescription) -> IntArray:
         """Capsules of links that are no neighbours, and all links with planes and boxes.
 
-        Without those that no joint moves against each other.
+        Without those that no joint moves against each other, and links that one joint alone does:
+        its limits are their judge, as they are between neighbours.
         """
         ignored = {frozenset(pair) for pair in arm.collision_ignore}
         rows = range(len(self._capsules))
@@ -116,9 +117,10 @@ class Solids:
             count = len(self._things[kind])
             pairs += [(kind, row, k) for row in rows if links[row] >= 0 for k in range(count)]
         kept = [
-            pair
-            for pair in pairs
-            if frozenset(self._named(*pair)) not in ignored and self._reach_of(*pair).any()
+            (kind, one, other)
+            for kind, one, other in pairs
+            if frozenset(self._named(kind, one, other)) not in ignored
+            and np.count_nonzero(self._reach_of(kind, one, other)) > (kind == distance.CAPSULE)
         ]
         return np.array(kept, dtype=np.int64).reshape(len(kept), 3)
 

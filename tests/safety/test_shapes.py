@@ -33,6 +33,17 @@ def test_links_without_shapes_make_no_neighbours() -> None:
     assert three("", "shape = []") == []  # now the first and the last are next to each other
 
 
+def test_links_that_one_joint_alone_moves_are_left_to_its_limits() -> None:
+    """A roll between two links moves a capsule about its axis nowhere, and another one does."""
+    tables = [
+        joint("one", "[0.0, 0.0, 1.0]"),
+        joint("two", "[0.0, 0.0, 1.0]", "[0.3, 0.0, 0.0]"),
+        joint("roll", "[1.0, 0.0, 0.0]", "[0.3, 0.0, 0.0]"),
+    ]
+    assert arm_of(*tables, tip=TIP_OF_THREE).solids.names == ()
+    assert arm_of(*tables, tip="[0.3, 0.1, 0.0]").solids.names == (("one", "roll"),)
+
+
 def test_pairs_can_be_left_out() -> None:
     assert three('collision_ignore = [["three", "one"]]') == []
 
