@@ -49,6 +49,10 @@ class ServoFacts:
         Greatest value of Profile Velocity.
     torque_limit : int or None
         Torque Limit; 0 after a shutdown. None where there is none.
+    temperature_limit, minimum_voltage, maximum_voltage : int
+        In degrees Celsius and 0.1 V.
+    current_limit : int or None
+        Current Limit, which acts in the modes that control a current.
     profiles : mapping of str to int
         Those of `PROFILES` that it has.
     goal_position, present_position : int
@@ -68,6 +72,10 @@ class ServoFacts:
     bus_watchdog: int | None
     velocity_limit: int | None
     torque_limit: int | None
+    temperature_limit: int
+    minimum_voltage: int
+    maximum_voltage: int
+    current_limit: int | None
     profiles: Mapping[str, int]
     goal_position: int
     present_position: int
@@ -173,6 +181,9 @@ def read_facts(group: ServoGroup) -> tuple[ServoFacts, ...]:
         "Bus Watchdog",
         "Velocity Limit",
         "Torque Limit",
+        "Temperature Limit",
+        "Min Voltage Limit",
+        "Max Voltage Limit",
         *PROFILES,
         "Goal Position",
         "Present Position",
@@ -183,6 +194,8 @@ def read_facts(group: ServoGroup) -> tuple[ServoFacts, ...]:
             {i: value * reg.RETURN_DELAY_UNIT for i, value in delays.items()}
         )
         values = {name: group.read(name) for name in names[1:]}
+        measuring = [i for i in group.ids if group.models[i].current_unit is not None]
+        values["Current Limit"] = group.read("Current Limit", measuring)
     except BusTimeoutError as error:
         address = group.models[error.servo_ids[0]].layout["Status Return Level"].address
         raise ServoMismatchError(
@@ -232,6 +245,10 @@ def _facts(
         bus_watchdog=own.get("Bus Watchdog"),
         velocity_limit=own.get("Velocity Limit"),
         torque_limit=own.get("Torque Limit"),
+        temperature_limit=own["Temperature Limit"],
+        minimum_voltage=own["Min Voltage Limit"],
+        maximum_voltage=own["Max Voltage Limit"],
+        current_limit=own.get("Current Limit"),
         profiles={name: own[name] for name in PROFILES if name in own},
         goal_position=own["Goal Position"],
         present_position=own["Present Position"],

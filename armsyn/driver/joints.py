@@ -1,24 +1,47 @@
-"""An arm's joints on a bus: postures in radians out, states in SI units back."""
+"""An arm's joints on a bus: postures in radians out, states in SI units back.
+
+Servos of several families and protocols may share a bus: goals go out by one sync write for each
+register, states come back by one read for each family (`armsyn.driver.blocks`).
+"""
 
 from __future__ import annotations
 
 import struct
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.arm import ArmDescription
-from armsyn.driver import protocol
-from armsyn.driver import registers as reg
-from armsyn.driver.models import VELOCITY_UNIT, servo_model
+from armsyn.arm import ArmDescription, ServoDescription
+from armsyn.driver.blocks import (
+    HEALTH_BLOCKS,
+    STATE_BLOCKS,
+    Health,
+    HealthBlock,
+    StateBlock,
+    health_plan,
+    state_plans,
+)
+from armsyn.driver.parser import StatusPacket
+from armsyn.driver.plans import ReadPlan
+from armsyn.driver.registers import Register
+from armsyn.driver.requests import codec
+from armsyn.driver.servos import ServoGroup
 from armsyn.driver.transactions import Bus
 
+__all__ = ["Health", "JointGroup", "JointState", "watched_servos"]
+
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-_STATE = struct.Struct("<hii")
-"""Present current, velocity and position, side by side from address 126."""
+FAST_LOSSES = 3
+"""Cycles in a row with a servo missing after which fast reads, which one missing servo cuts short,
+give way to sync reads, in which it is missing alone."""
+
+_PACKING = {(2, False): "H", (2, True): "h", (4, False): "I", (4, True): "i"}
+_UNKNOWN = np.array(np.nan)
 
 
 class JointState(NamedTuple):
@@ -36,6 +59,9 @@ class JointState(NamedTuple):
         Which servos answered this time.
     alert : array of bool, shape (n,)
         Which of them report a hardware error.
+    temperature, voltage : array, shape (n,)
+        Degrees Celsius and V, as last heard of, of the joint's hotter servo and of the one with
+        the lower voltage; NaN before that.
     """
 
     position: FloatArray
@@ -43,24 +69,44 @@ class JointState(NamedTuple):
     current: FloatArray
     fresh: BoolArray
     alert: BoolArray
+    temperature: FloatArray = _UNKNOWN
+    voltage: FloatArray = _UNKNOWN
 
 
-class Health(NamedTuple):
-    """What the slow check of one servo found.
+@dataclass(frozen=True)
+class _Goals:
+    """A sync write of goals: the servos of one register."""
 
-    Attributes
-    ----------
-    torque_enabled : bool
-    hardware_error : int
-        Hardware Error Status.
-    """
+    protocol: int
+    register: Register
+    rows: IntArray
+    ids: tuple[int, ...]
+    packing: struct.Struct
+    lowest: int
+    highest: int
 
-    torque_enabled: bool
-    hardware_error: int
+    def packet(self, ticks: IntArray) -> bytes:
+        data = self.packing.pack(*ticks[self.rows].clip(self.lowest, self.highest).tolist())
+        at, size = self.register.address, self.register.size
+        packet: bytes = codec(self.protocol).sync_write(at, size, self.ids, data)
+        return packet
+
+
+class _Poll(NamedTuple):
+    """One of the slow checks, which are made in turns."""
+
+    row: int
+    block: HealthBlock
+    plan: ReadPlan
+
+
+def watched_servos(arm: ArmDescription) -> tuple[ServoDescription, ...]:
+    """All servos of an arm: one a joint in the joints' order, then shadows and the gripper's."""
+    return (*arm.leaders, *(servo for servo in arm.servo if servo not in arm.leaders))
 
 
 class JointGroup:
-    """The joints of an arm on a bus.
+    """The joints of an arm on a bus, and what else there is to watch.
 
     Parameters
     ----------
@@ -68,20 +114,46 @@ class JointGroup:
     arm : ArmDescription
     margin : float
         Seconds that a reply may be late while streaming.
+    firmware : dict of int to int, optional
+        Firmware versions by ID, as `armsyn.driver.facts.check_models` finds them out. Without
+        them no servo is read fast.
+
+    Attributes
+    ----------
+    group : ServoGroup
+        All servos, as `watched_servos` has them; rows of a `Health` are its.
+    temperature, voltage : array, shape (servos,)
+        As last heard of, degrees Celsius and V; NaN before that.
     """
 
-    def __init__(self, bus: Bus, arm: ArmDescription, margin: float) -> None:
+    def __init__(
+        self, bus: Bus, arm: ArmDescription, margin: float, firmware: dict[int, int] | None = None
+    ) -> None:
         self.bus = bus
-        self.calibration = arm.calibration
-        self.ids = tuple(servo.id for servo in arm.leaders)
-        self.names = arm.joint_names
         self.margin = margin
-        n = len(self.ids)
-        self._goal_format = struct.Struct(f"<{n}i")
+        self.calibration = arm.calibration
+        self.group = ServoGroup(bus, watched_servos(arm), firmware)
+        self._leaders = self.group.only(arm.leaders)
+        self.ids = self._leaders.ids
+        self.names = arm.joint_names
+        models = [self.group.models[i] for i in self.ids]
         direction = self.calibration.direction.astype(np.float64)
-        self._velocity_unit = direction * VELOCITY_UNIT
-        units = [servo_model(servo.model, servo.protocol).current_unit for servo in arm.leaders]
-        self._current_unit = direction * np.array([np.nan if u is None else u for u in units])
+        self._velocity_unit = direction * np.array([model.velocity_unit for model in models])
+        units = [np.nan if model.current_unit is None else model.current_unit for model in models]
+        self._current_unit = direction * np.array(units)
+        self._rows = {identifier: row for row, identifier in enumerate(self.group.ids)}
+        self._pairs = _pairs_of(arm)
+        self._blocks = [STATE_BLOCKS[model.layout] for model in models]
+        self._plans = state_plans(self._leaders)
+        self._losses = 0
+        self._goals = _goals_of(self._leaders)
+        self._polls = self._make_polls()
+        self._make_arrays()
+
+    def _make_arrays(self) -> None:
+        n, servos = len(self.ids), len(self.group.ids)
+        self.temperature = np.full(servos, np.nan)
+        self.voltage = np.full(servos, np.nan)
         self._raw = np.zeros((n, 3), dtype=np.int64)
         self._state = JointState(
             position=np.zeros(n),
@@ -89,11 +161,44 @@ class JointGroup:
             current=np.zeros(n),
             fresh=np.zeros(n, dtype=np.bool_),
             alert=np.zeros(n, dtype=np.bool_),
+            temperature=np.full(n, np.nan),
+            voltage=np.full(n, np.nan),
         )
 
+    def _make_polls(self) -> tuple[_Poll, ...]:
+        """Torque and errors of every servo first, then temperatures and how shadows follow."""
+        first, later = [], []
+        for row, servo in enumerate(self.group.servos):
+            layout = self.group.models[servo.id].layout
+            polls = [
+                _Poll(row, block, health_plan(self.group, servo.id, block))
+                for block in HEALTH_BLOCKS[layout]
+            ]
+            first.append(polls[0])
+            later += polls[1:]
+            if servo.shadow_of is not None:
+                block = self._following_block(servo, STATE_BLOCKS[layout])
+                later.append(_Poll(row, block, health_plan(self.group, servo.id, block)))
+        return (*first, *later)
+
+    def _following_block(self, shadow: ServoDescription, state: StateBlock) -> HealthBlock:
+        assert shadow.shadow_of is not None  # noqa: S101 - a shadow
+        leader = self._rows[shadow.shadow_of]
+
+        def decode(row: int, reply: StatusPacket, _: bool) -> Health:
+            apart = state.decode(reply.parameters).position - int(self._raw[leader, 2])
+            return Health(row, apart=apart if self._state.fresh[leader] else None)
+
+        return HealthBlock(state.address, state.size, decode)
+
+    @property
+    def polls(self) -> int:
+        """How many slow checks there are; `poll` makes them in turns."""
+        return len(self._polls)
+
     def read_posture(self) -> FloatArray:
-        """Present angles, shape (n,), rad; errors as `Bus.read_all`."""
-        ticks = self.bus.read_all(reg.PRESENT_POSITION, self.ids)
+        """Present angles, shape (n,), rad; errors as `ServoGroup.read`."""
+        ticks = self._leaders.read("Present Position")
         return self.calibration.to_radians([ticks[i] for i in self.ids])
 
     def start_at(self, ticks: list[int]) -> None:
@@ -103,14 +208,16 @@ class JointGroup:
         self._convert()
 
     def goals_packet(self, command: FloatArray) -> bytes:
-        """Sync write of goal positions, shape (n,), rad."""
-        data = self._goal_format.pack(*self.calibration.to_ticks(command).tolist())
-        goal = reg.GOAL_POSITION
-        return protocol.sync_write(goal.address, goal.size, self.ids, data)
+        """Sync writes of goal positions, shape (n,), rad; shadows hear them, too.
+
+        A goal that its register cannot hold becomes the nearest that it can.
+        """
+        ticks = self.calibration.to_ticks(command)
+        return b"".join(goals.packet(ticks) for goals in self._goals)
 
     def send(self, command: FloatArray) -> None:
         """Write goals, shape (n,), rad; PortLostError when the port went away."""
-        self.bus.serial_port.write(self.goals_packet(command))
+        self.bus.send(self.goals_packet(command))
 
     def exchange(self, command: FloatArray) -> JointState:
         """Write goals and read the joints' state.
@@ -130,24 +237,33 @@ class JointGroup:
         PortLostError
             The port went away.
         """
-        replies = self.bus.sync_read(
-            reg.STATE_ADDRESS,
-            reg.STATE_SIZE,
-            self.ids,
-            before=self.goals_packet(command),
-            margin=self.margin,
-        )
-        state = self._state
+        return self._take(self.bus.exchange(self.goals_packet(command), self._plans, self.margin))
+
+    def read_state(self) -> JointState:
+        """Read the joints' state and write nothing; as `exchange`."""
+        return self._take(self.bus.exchange(b"", self._plans, self.margin))
+
+    def _take(self, replies: dict[int, StatusPacket]) -> JointState:
+        state, raw = self._state, self._raw
         for row, identifier in enumerate(self.ids):
-            reply = replies.get(identifier)
+            reply, block = replies.get(identifier), self._blocks[row]
+            fresh = reply is not None and len(reply.parameters) == block.size
+            state.fresh[row] = fresh
             state.alert[row] = reply is not None and reply.alert
-            if reply is not None and len(reply.parameters) == reg.STATE_SIZE:
-                self._raw[row] = _STATE.unpack(reply.parameters)
-                state.fresh[row] = True
-            else:
-                state.fresh[row] = False
+            if reply is not None and fresh:
+                decoded = block.decode(reply.parameters)
+                raw[row] = decoded[:3]
+                if decoded.voltage == decoded.voltage:  # not NaN
+                    self._keep(row, decoded.voltage, decoded.temperature)
         self._convert()
+        self._count_losses(complete=bool(state.fresh.all()))
         return state
+
+    def _count_losses(self, *, complete: bool) -> None:
+        """Do without fast reads when they go on being cut short."""
+        self._losses = 0 if complete else self._losses + 1
+        if self._losses == FAST_LOSSES:
+            self._plans = state_plans(self._leaders, fast=False)
 
     def _convert(self) -> None:
         state, raw = self._state, self._raw
@@ -156,13 +272,65 @@ class JointGroup:
         state.current[:] = self._current_unit * raw[:, 0]
 
     def read_health(self, row: int) -> Health | None:
-        """Torque and hardware error of one joint's servo; None when it did not answer."""
-        identifier = self.ids[row]
-        replies = self.bus.sync_read(
-            reg.HEALTH_ADDRESS, reg.HEALTH_SIZE, (identifier,), margin=self.margin
-        )
-        reply = replies.get(identifier)
-        if reply is None or len(reply.parameters) != reg.HEALTH_SIZE:
+        """Torque and hardware error of one servo; None when it did not answer."""
+        return self._ask(self._polls[row])
+
+    def poll(self, turn: int) -> Health | None:
+        """Make the next of the slow checks, whose turn it is; None when there is no answer.
+
+        Temperatures and voltages are also kept here, and in the states that follow.
+        """
+        return self._ask(self._polls[turn % len(self._polls)])
+
+    def _ask(self, poll: _Poll) -> Health | None:
+        servo_id = self.group.ids[poll.row]
+        reply = self.bus.exchange(b"", (poll.plan,), self.margin).get(servo_id)
+        if reply is None or len(reply.parameters) != poll.block.size:
             return None
-        error = reg.HARDWARE_ERROR_STATUS.address - reg.HEALTH_ADDRESS
-        return Health(bool(reply.parameters[0]), reply.parameters[error])
+        watched = bool(self.group.having("Bus Watchdog", (servo_id,)))
+        health = poll.block.decode(poll.row, reply, watched)
+        if health.voltage == health.voltage:  # not NaN
+            self._keep(poll.row, health.voltage, health.temperature)
+        return health
+
+    def _keep(self, row: int, voltage: float, temperature: float) -> None:
+        self.voltage[row], self.temperature[row] = voltage, temperature
+        joint, pair = self._pairs[row]
+        if joint is not None:
+            self._state.temperature[joint] = np.fmax.reduce(self.temperature[pair])
+            self._state.voltage[joint] = np.fmin.reduce(self.voltage[pair])
+
+
+def _pairs_of(arm: ArmDescription) -> list[tuple[int | None, list[int]]]:
+    """For each watched servo its joint's row, None for the gripper's, and all servos there."""
+    servos = watched_servos(arm)
+    return [
+        (
+            arm.joint_names.index(servo.joint) if servo.joint in arm.joint_names else None,
+            [row for row, other in enumerate(servos) if other.joint == servo.joint],
+        )
+        for servo in servos
+    ]
+
+
+def _goals_of(leaders: ServoGroup) -> tuple[_Goals, ...]:
+    groups: dict[tuple[int, Register], list[int]] = {}
+    for row, servo in enumerate(leaders.servos):
+        register = leaders.models[servo.id].layout["Goal Position"]
+        groups.setdefault((servo.protocol, register), []).append(row)
+    found = []
+    for (protocol, register), rows in groups.items():
+        signed = register.coding == "signed"
+        values = 1 << 8 * register.size
+        found.append(
+            _Goals(
+                protocol,
+                register,
+                np.array(rows),
+                tuple(leaders.ids[row] for row in rows),
+                struct.Struct("<" + _PACKING[register.size, signed] * len(rows)),
+                -values // 2 if signed else 0,
+                values // 2 - 1 if signed else values - 1,
+            )
+        )
+    return tuple(found)

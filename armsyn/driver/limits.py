@@ -1,42 +1,98 @@
-"""The servos' own position limits, which a motion must keep."""
+"""The servos' own limits, which a motion must keep."""
 
 from __future__ import annotations
 
-from armsyn.arm import Calibration
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from armsyn.arm import ArmDescription
 from armsyn.driver.facts import ServoFacts
-from armsyn.driver.registers import POSITION_MODE
+from armsyn.driver.registers import LAST_TICK, POSITION_MODE, VOLTAGE_UNIT
 from armsyn.errors import LimitError
 from armsyn.motion import Motion
+from armsyn.safety import CommandLimits
+
+_LOWEST, _HIGHEST = -1_048_575, 1_048_575
+"""Goals that servos of the X series take in their extended position mode (e-Manual, Goal
+Position); MX with Protocol 1.0 take fewer."""
+
+_MX1_HIGHEST = 28_672
 
 
-def check_position_limits(
-    motion: Motion, facts: tuple[ServoFacts, ...], calibration: Calibration
-) -> None:
+def check_position_limits(motion: Motion, facts: Sequence[ServoFacts], arm: ArmDescription) -> None:
     """Refuse a motion with a goal that a servo would refuse: sync write tells nobody about it.
+
+    A shadow is judged by its leader's goals, which it follows, and its own limits.
 
     Parameters
     ----------
     motion : Motion
         Checked; angles of shape (frames, n), rad.
-    facts : tuple of ServoFacts, length n
-    calibration : Calibration
+    facts : sequence of ServoFacts
+        Of servos that move joints; one a joint first, in the joints' order.
+    arm : ArmDescription
 
     Raises
     ------
     LimitError
-        It leaves the limits in registers 52 and 48 of a servo in position mode.
+        It leaves the limits in the servo's position limit registers, where it is in position
+        mode, or what its goal register takes.
     """
     assert motion.angles is not None  # noqa: S101 - check_trajectory made sure
-    ticks = calibration.to_ticks(motion.angles)
-    for column, servo in enumerate(facts):
-        lower, upper = servo.minimum_position, servo.maximum_position
-        low, high = int(ticks[:, column].min()), int(ticks[:, column].max())
-        if servo.operating_mode == POSITION_MODE and not lower <= low <= high <= upper:
+    ticks = arm.calibration.to_ticks(motion.angles)
+    lows, highs = ticks.min(axis=0).tolist(), ticks.max(axis=0).tolist()
+    for servo in facts:
+        column = arm.joint_names.index(servo.joint)
+        lower, upper, where = _range(servo)
+        low, high = lows[column], highs[column]
+        if not lower <= low <= high <= upper:
             value, limit = (low, lower) if low < lower else (high, upper)
             raise LimitError(
                 f"{servo.title} would be sent to tick {value}, its own limits are {lower} to"
-                f" {upper} (registers 52 and 48): plan another motion, or widen them",
+                f" {upper} ({where}): plan another motion, or widen them",
                 servo.joint,
                 value,
                 limit,
             )
+
+
+def _range(servo: ServoFacts) -> tuple[int, int, str]:
+    """Ticks that a servo takes as goals, and where that stands."""
+    lower, upper = servo.minimum_position, servo.maximum_position
+    classic = servo.servo.protocol == 1 or servo.servo.model == "xl-320"
+    if servo.operating_mode == POSITION_MODE:
+        where = "registers 6 and 8" if classic else "registers 52 and 48"
+        return max(lower, 0), min(upper, LAST_TICK), where
+    if servo.servo.protocol == 1:
+        return -_MX1_HIGHEST, _MX1_HIGHEST, "its multi-turn mode"
+    return _LOWEST, _HIGHEST, "its extended position mode"
+
+
+def with_servo_limits(limits: CommandLimits, facts: Sequence[ServoFacts]) -> CommandLimits:
+    """Put the servos' own limits of temperature and voltage into a stream's limits.
+
+    Parameters
+    ----------
+    limits : CommandLimits
+    facts : sequence of ServoFacts
+        Of servos that move joints, shadows among them: of each joint the stricter counts.
+
+    Returns
+    -------
+    CommandLimits
+    """
+    joints = {name: [s for s in facts if s.joint == name] for name in limits.names}
+    return replace(
+        limits,
+        max_temperature=np.array(
+            [float(min(s.temperature_limit for s in joints[name])) for name in limits.names]
+        ),
+        min_voltage=np.array(
+            [VOLTAGE_UNIT * max(s.minimum_voltage for s in joints[name]) for name in limits.names]
+        ),
+        max_voltage=np.array(
+            [VOLTAGE_UNIT * min(s.maximum_voltage for s in joints[name]) for name in limits.names]
+        ),
+    )

@@ -25,20 +25,26 @@ FloatArray = NDArray[np.float64]
 
 
 CLEARING = (
-    "watchdogs that are armed expire when this program ends: look at the arm, then write 0"
-    " to register 98 of its servos (armsyn.driver.clear_watchdogs does)"
+    "watchdogs that are armed expire when this program ends: look at the arm, then armsyn clear"
+    " lets it move again"
 )
 """What follows from a fault, and how to clear it."""
+
+NEXT = "armsyn park puts it to rest, armsyn release lets go of it"
+"""What an operator may want of an arm that holds."""
 
 
 class Ending(enum.Enum):
     """How a run left the arm, in words for the operator."""
 
-    COMPLETED = "at the target, torque on, holding"
+    COMPLETED = f"at the target, torque on, holding; {NEXT}"
     PARKED = "parked, torque off"
-    PARK_MISSED = "stopped short of the rest posture, torque on, holding"
-    STOPPED_HOLDING = "stopped on request, torque on, holding where it came to rest"
-    STOPPED_PARKED = "stopped on request, moved to the rest posture, torque on, holding"
+    PARK_MISSED = f"stopped short of the rest posture, torque on, holding; {NEXT}"
+    STOPPED_HOLDING = f"stopped on request, torque on, holding where it came to rest; {NEXT}"
+    STOPPED_PARKED = (
+        "stopped on request, moved to the rest posture, torque on, holding; armsyn release lets go"
+        " of it"
+    )
     ABORTED = f"held at once on the second request to stop, torque on; {CLEARING}"
     FAULT = f"held at once on a fault, torque as the fault left it; {CLEARING}"
     OBSERVED = "only recorded: nothing was written to the servos"

@@ -68,6 +68,12 @@ _DIRECTION_BIT = 1 << 10
 _UNKNOWN_ERROR = 0x40
 
 
+def directed(raw: int) -> int:
+    """Number whose sign is in bit 10: set is clockwise, which is where positions fall."""
+    size = raw & (_DIRECTION_BIT - 1)
+    return -size if raw & _DIRECTION_BIT else size
+
+
 @dataclass(frozen=True)
 class Register:
     """One row of a control table.
@@ -93,11 +99,7 @@ class Register:
     def decode(self, data: bytes) -> int:
         """Value of `size` bytes, in the register's own unit."""
         raw = int.from_bytes(data[: self.size], "little", signed=self.coding == "signed")
-        if self.coding == "direction":
-            # set: clockwise, which is where positions fall
-            size = raw & (_DIRECTION_BIT - 1)
-            return -size if raw & _DIRECTION_BIT else size
-        return raw
+        return directed(raw) if self.coding == "direction" else raw
 
     def encode(self, value: int) -> bytes:
         """Bytes of a value; OverflowError when it does not fit."""

@@ -9,17 +9,18 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.driver import power
-from armsyn.driver.checks import check_facts
+from armsyn.driver.checks import check_facts, unwatched
 from armsyn.driver.clock import Clock
 from armsyn.driver.facts import ServoFacts, read_facts
+from armsyn.driver.gravity_facts import make_lead
 from armsyn.driver.joints import JointGroup
-from armsyn.driver.limits import check_position_limits
-from armsyn.driver.log import StreamLog
+from armsyn.driver.limits import check_position_limits, with_servo_limits
+from armsyn.driver.log import MOST_ROWS, StreamLog
 from armsyn.driver.path import Path, straight_way
 from armsyn.driver.recording import Ending
-from armsyn.driver.servos import ServoGroup
+from armsyn.driver.setpoint import SetpointMotion
 from armsyn.driver.signals import StopRequests
-from armsyn.driver.stream import LONGEST_SETTLING, OnTick, Outcome, Streamer
+from armsyn.driver.stream import LONGEST_CORRECTION, OnTick, Outcome, Streamer
 from armsyn.driver.timing import WATCHDOG_SECONDS
 from armsyn.driver.watch import WatchSettings
 from armsyn.errors import (
@@ -41,10 +42,10 @@ PARK_TOLERANCE = 0.05
 """rad that each joint may be off the rest posture for the torque to go off there."""
 
 CURE = (
-    "look at the arm, then clear it with armsyn.driver.clear_watchdogs, or support it and switch"
-    " the servos off and on"
+    "look at the arm, then armsyn clear lets it move again; armsyn release lets go of it (support"
+    " it first)"
 )
-HELD = f"left with torque on (but where a servo lost it), holding, watchdog armed: {CURE}"
+HELD = "left with torque on (but where a servo lost it), holding, watchdog armed"
 HELD_UNWATCHED = "left with torque as the fault left it, holding, watchdog off"
 """What a fault leaves, for its message."""
 
@@ -61,13 +62,17 @@ class ArmRun:
     arm : ArmDescription
     rate_hz : float
     stops : StopRequests
-    trajectory : Motion
+    trajectory : Motion or SetpointMotion
         Checked.
     clock : Clock
         That the stream runs on.
     park : Motion or None
         Checked; streamed after the trajectory. Then the torque goes off, if the arm is at rest.
     on_tick : callable or None
+    gravity : bool
+        Whether goals lead the wanted posture against gravity (`armsyn.driver.gravity`).
+    remarks : tuple of str
+        Warnings that the recording keeps.
 
     Attributes
     ----------
@@ -86,13 +91,16 @@ class ArmRun:
         rate_hz: float,
         *,
         stops: StopRequests,
-        trajectory: Motion,
+        trajectory: Motion | SetpointMotion,
         clock: Clock,
         park: Motion | None = None,
         on_tick: OnTick | None = None,
+        gravity: bool = True,
+        remarks: tuple[str, ...] = (),
     ) -> None:
         self.joints = joints
-        self.group = ServoGroup(joints.bus, (*arm.leaders, *arm.shadows))
+        gripper = arm.gripper_servo
+        self.group = joints.group.only(s for s in joints.group.servos if s is not gripper)
         self.arm = arm
         self.rate_hz = rate_hz
         self.stops = stops
@@ -100,10 +108,13 @@ class ArmRun:
         self.clock = clock
         self.park = park
         self.on_tick = on_tick
+        self.gravity = gravity
+        self.remarks = remarks
         self.ending = Ending.FAULT
         self.fault: BaseException | None = None
         self.streamer: Streamer | None = None
         self._facts: tuple[ServoFacts, ...] = ()
+        self._limp: frozenset[int] = frozenset()
         self._armed = False
 
     def execute(self) -> None:
@@ -120,10 +131,13 @@ class ArmRun:
             still and the watchdog stays armed. The message says so, and what could not be put
             back; `fault` is then set.
         """
-        self._facts = read_facts(self.group)
-        check_facts(self._facts, self.arm)
-        for motion in filter(None, (self.trajectory, self.park)):
-            check_position_limits(motion, self._facts, self.arm.calibration)
+        everything = read_facts(self.joints.group)
+        check_facts(everything, self.arm)
+        self._facts = tuple(servo for servo in everything if servo.servo_id in self.group.ids)
+        self._limp = frozenset(s.servo_id for s in everything if not s.torque_enabled)
+        for motion in (self.trajectory, self.park):
+            if isinstance(motion, Motion):
+                check_position_limits(motion, self._facts, self.arm)
         streamer = self._make_streamer()
         self._heed_stop()
         self._power_up()
@@ -135,8 +149,16 @@ class ArmRun:
         except BaseException as error:
             self.ending, self.fault = Ending.FAULT, error
             self._hold(streamer, error)
-            _say_also(error, HELD if self._armed else HELD_UNWATCHED)
+            _say_also(error, self._left())
             raise
+
+    def _left(self) -> str:
+        """What a fault leaves, for its message."""
+        if not self._armed:
+            return HELD_UNWATCHED
+        lacking = ", ".join(str(servo.servo_id) for servo in unwatched(self._facts))
+        without = f" (servo {lacking} has none: it holds until it is released)" if lacking else ""
+        return f"{HELD}{without}: {CURE}"
 
     def _heed_stop(self) -> None:
         """Give no torque to an arm that was asked to stop."""
@@ -162,31 +184,52 @@ class ArmRun:
         count = f"{len(failed)} of {len(self._facts)}"
         return f"and {count} servos could not be restored: {named}; {CURE}"
 
+    @property
+    def _leaders(self) -> tuple[ServoFacts, ...]:
+        """Facts of the servos that the joints are commanded by, base to tip."""
+        return self._facts[: len(self.arm.leaders)]
+
     def _make_streamer(self) -> Streamer:
-        period = 1.0 / self.rate_hz
+        period, servos = 1.0 / self.rate_hz, self._leaders
         planned = self.trajectory.duration + (self.park.duration if self.park else 0.0)
-        longest = _SPARE * (planned + LONGEST_PARKING + 3 * LONGEST_SETTLING)
-        goals = [s.goal_position if s.torque_enabled else s.present_position for s in self._facts]
-        self.joints.start_at([servo.present_position for servo in self._facts])
+        longest = _SPARE * (planned + LONGEST_PARKING + 3 * LONGEST_CORRECTION)
+        standing = power.standing_goals(self._facts)
+        goals = [standing[servo.servo_id] for servo in servos]
+        self.joints.start_at([servo.present_position for servo in servos])
+        commanded, lead = self.arm.calibration.to_radians(goals), None
+        if self.gravity:
+            sent = commanded
+            commanded = self.arm.calibration.to_radians([s.present_position for s in servos])
+            lead = make_lead(self.group, self.arm, servos, commanded, sent, period)
+        limits = CommandLimits.of(self.arm, period, commanded)
+        log = StreamLog(min(int(longest * self.rate_hz) + 1, MOST_ROWS), len(goals))
+        droop = lead.settings.expected_droop() if lead is not None else ""
+        for remark in filter(None, (*self.remarks, droop)):
+            log.note(0.0, remark, "warning")
         return Streamer(
             link=self.joints,
             settings=WatchSettings(
                 period=period,
-                limits=CommandLimits.of(self.arm, period),
-                servo_ids=self.joints.ids,
-                servo_names=tuple(servo.title for servo in self._facts),
+                limits=with_servo_limits(limits, self._facts),
+                servos=self.joints.group.servos,
+                limp=self._limp - set(self.group.ids),
             ),
             max_acceleration=self.arm.max_acceleration,
             longest_stall=WATCHDOG_SECONDS,
-            commanded=self.arm.calibration.to_radians(goals),
-            log=StreamLog(int(longest * self.rate_hz) + 1, len(goals)),
+            commanded=commanded,
+            log=log,
             stops=self.stops,
             clock=self.clock,
             on_tick=self.on_tick,
+            lead=lead,
         )
 
     def _move(self, streamer: Streamer) -> Ending:
-        outcome = streamer.follow(Path(self.trajectory, start=streamer.commanded))
+        start = streamer.commanded
+        if isinstance(self.trajectory, SetpointMotion):
+            outcome = streamer.run(self.trajectory.course(start, self.arm, 1.0 / self.rate_hz))
+        else:
+            outcome = streamer.follow(Path(self.trajectory, start=start))
         ending = Ending.COMPLETED
         if outcome is Outcome.ARRIVED and self.park is not None:
             outcome = streamer.follow(Path(self.park, start=streamer.commanded))
@@ -207,7 +250,7 @@ class ArmRun:
             return None
         try:
             check_trajectory(way, self.arm, start)
-            check_position_limits(way, self._facts, self.arm.calibration)
+            check_position_limits(way, self._facts, self.arm)
         except RefusedMotionError:
             return None
         return way
@@ -235,7 +278,8 @@ class ArmRun:
         if off[joint] <= PARK_TOLERANCE:
             return
         streamer.note(
-            f"stands {off[joint]:.3f} rad off its rest posture at {self.arm.joint_names[joint]}"
+            f"stands {off[joint]:.3f} rad off its rest posture at {self.arm.joint_names[joint]}",
+            "warning",
         )
         parking = self.ending is Ending.PARKED
         self.ending = Ending.PARK_MISSED if parking else Ending.STOPPED_HOLDING
@@ -246,12 +290,12 @@ class ArmRun:
         The present posture is no goal for the others: it lies behind a moving joint, which
         would overshoot and come back.
         """
-        goals = streamer.commanded.copy()
+        goals = streamer.sent.copy()
         if isinstance(error, FollowingError):
             joint = self.arm.joint_names.index(error.joint)
             chain = self.arm.chain
             goals[joint] = np.clip(streamer.measured[joint], chain.lower[joint], chain.upper[joint])
-        streamer.note(f"held: {error}")
+        streamer.note(f"held: {error}", "fault")
         with contextlib.suppress(ArmFaultError):  # a port that is gone cannot be told
             self.joints.send(goals)
 

@@ -67,6 +67,11 @@ class ServoGroup:
         """Return a group of some of these servos, with their firmware known."""
         return ServoGroup(self.bus, tuple(servos), self.firmware)
 
+    def reads_fast(self, servo_id: int) -> bool:
+        """Whether a servo's model and firmware answer fast reads; False for unknown firmware."""
+        first = self.models[servo_id].fast_firmware
+        return first is not None and self.firmware.get(servo_id, -1) >= first
+
     def having(self, name: str, ids: Iterable[int] | None = None) -> tuple[int, ...]:
         """IDs of the servos that have a register, in their model and firmware."""
         among = self.ids if ids is None else ids

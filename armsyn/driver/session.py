@@ -25,6 +25,7 @@ could not be put back, the watchdog is off already.
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable
 from typing import Self
 
 import numpy as np
@@ -32,15 +33,17 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.driver import power
-from armsyn.driver.checks import check_facts
+from armsyn.driver.checks import check_facts, check_watchdogs, unwatched
 from armsyn.driver.clock import Clock, MonotonicClock
 from armsyn.driver.collector import collector_frozen
 from armsyn.driver.facts import check_models, read_facts
 from armsyn.driver.joints import JointGroup
 from armsyn.driver.models import servo_model
+from armsyn.driver.realtime import realtime
 from armsyn.driver.recording import Recording
 from armsyn.driver.run import ArmRun
 from armsyn.driver.servos import ServoGroup
+from armsyn.driver.setpoint import Setpoint, SetpointMotion, SetpointThread, check_longest
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import OnTick, Streamer
 from armsyn.driver.timing import check_rate
@@ -69,13 +72,28 @@ class ArmSession:
     fault : Exception or None
         What the last run left an arm with that is not as it should be; the session runs nothing
         more then.
+    gravity : bool
+        Whether goals lead the wanted posture against gravity (`armsyn.driver.gravity`); True
+        unless it is changed.
+    realtime : bool
+        Whether to ask for real-time scheduling while the arm moves (`armsyn.driver.realtime`);
+        False unless it is changed. Where it is not permitted, an event says so.
+    unwatched : tuple of int
+        IDs of the servos that no bus watchdog stops.
     stops : StopRequests
         ``session.stops.request()`` asks a run to stop, as SIGINT does; before a run, it keeps
         the torque off.
     """
 
     def __init__(
-        self, bus: Bus, arm: ArmDescription, rate_hz: float, *, simulated: bool, clock: Clock
+        self,
+        bus: Bus,
+        arm: ArmDescription,
+        rate_hz: float,
+        *,
+        simulated: bool,
+        clock: Clock,
+        firmware: dict[int, int],
     ) -> None:
         self.bus = bus
         self.arm = arm
@@ -84,13 +102,22 @@ class ArmSession:
         self.clock = clock
         self.recording: Recording | None = None
         self.fault: BaseException | None = None
+        self.unwatched: tuple[int, ...] = ()
         self.stops = StopRequests()
+        self.gravity = True
+        self.realtime = False
         margin = max(SHORTEST_STREAM_MARGIN, STREAM_MARGIN / rate_hz)
-        self._joints = JointGroup(bus, arm, margin)
+        self._joints = JointGroup(bus, arm, margin, firmware)
 
     @classmethod
     def open(
-        cls, port: str, arm: ArmDescription, rate_hz: float, *, simulated: bool = False
+        cls,
+        port: str,
+        arm: ArmDescription,
+        rate_hz: float,
+        *,
+        simulated: bool = False,
+        accept_no_watchdog: bool = False,
     ) -> Self:
         """Open the port and check that the arm there is the one described, fit to move.
 
@@ -107,6 +134,9 @@ class ArmSession:
             Commands a second.
         simulated : bool
             Only kept in recordings; nothing else depends on it.
+        accept_no_watchdog : bool
+            Move servos that have no bus watchdog, too: if this host dies, they go on to their last
+            goal and hold it (`unwatched` names them).
 
         Returns
         -------
@@ -123,6 +153,8 @@ class ArmSession:
             Not the arm that is described, or not set up to be streamed to.
         HardwareFaultError
             A latched hardware error or an expired bus watchdog.
+        NoWatchdogError
+            Servos without a bus watchdog, and nobody has accepted that.
         BusRateError
             The wire or the adapter cannot carry the rate, or it is too slow for the watchdog.
         BusError
@@ -131,7 +163,9 @@ class ArmSession:
         _check_description(arm)
         bus = Bus(port, arm.servo[0].baud)
         try:
-            return cls.attach(bus, arm, rate_hz, simulated=simulated)
+            return cls.attach(
+                bus, arm, rate_hz, simulated=simulated, accept_no_watchdog=accept_no_watchdog
+            )
         except BaseException:
             bus.close()
             raise
@@ -144,6 +178,7 @@ class ArmSession:
         rate_hz: float,
         *,
         simulated: bool = False,
+        accept_no_watchdog: bool = False,
         clock: Clock | None = None,
     ) -> Self:
         """Check the arm on a bus that is open already; as `open`, which see.
@@ -152,7 +187,7 @@ class ArmSession:
         ----------
         bus : Bus
             The session closes it.
-        arm, rate_hz, simulated
+        arm, rate_hz, simulated, accept_no_watchdog
             As `open`.
         clock : Clock, optional
             That the stream runs on; the system's monotonic clock by default.
@@ -162,9 +197,20 @@ class ArmSession:
         check_models(group, arm.name)
         facts = read_facts(group)
         check_facts(facts, arm)
+        moving = [servo for servo in facts if servo.joint in arm.joint_names]
+        check_watchdogs(moving, accepted=accept_no_watchdog)
         delays = [servo.return_delay for servo in facts]
         check_rate(rate_hz, bus.baudrate, delays, bus.latency)
-        return cls(bus, arm, rate_hz, simulated=simulated, clock=clock or MonotonicClock())
+        session = cls(
+            bus,
+            arm,
+            rate_hz,
+            simulated=simulated,
+            clock=clock or MonotonicClock(),
+            firmware=group.firmware,
+        )
+        session.unwatched = tuple(servo.servo_id for servo in unwatched(moving))
+        return session
 
     def __enter__(self) -> Self:
         return self
@@ -221,22 +267,78 @@ class ArmSession:
             not) or during it (the arm holds, the watchdog stays armed, and the session runs
             nothing more).
         """
+
+        def checked(posture: FloatArray) -> Motion:
+            check_trajectory(trajectory, self.arm, posture)
+            if park is not None and trajectory.angles is not None:
+                check_trajectory(park, self.arm, trajectory.angles[-1])
+            return trajectory
+
+        return self._run(checked, park, on_tick)
+
+    def run_setpoint(
+        self, setpoint: Setpoint, longest: float, on_tick: OnTick | None = None
+    ) -> Recording:
+        """Stream what a function says, and leave the arm as the table above says.
+
+        Each setpoint is judged before it is sent. An exception of the function is a fault: the arm
+        is held, and it is raised here. A function that does not answer within
+        `armsyn.driver.setpoint.PATIENCE` is a fault, too.
+
+        Parameters
+        ----------
+        setpoint : callable
+            ``setpoint(t, state) -> posture or None``, see `armsyn.driver.setpoint.Setpoint`. It
+            is called in a thread of its own.
+        longest : float
+            Seconds after which the arm comes to rest, unless the function is finished earlier.
+        on_tick : callable, optional
+            As `run`.
+
+        Returns
+        -------
+        Recording
+
+        Raises
+        ------
+        RefusedMotionError, InputError
+            Setpoints that do not start where the arm is; nothing has changed on the arm.
+        SetpointError
+            A function that stalls, or gives no posture.
+        Exception
+            As `run`, and what the function raises.
+        """
+        check_longest(longest)
+        with SetpointThread(setpoint, self.clock) as thread:
+            motion = SetpointMotion(thread, longest)
+
+            def checked(posture: FloatArray) -> SetpointMotion:
+                motion.check(posture, self.arm)
+                return motion
+
+            return self._run(checked, None, on_tick)
+
+    def _run(
+        self,
+        checked: Callable[[FloatArray], Motion | SetpointMotion],
+        park: Motion | None,
+        on_tick: OnTick | None,
+    ) -> Recording:
         if self.fault is not None:
             raise ArmFaultError(f"this session has ended with a fault: {self.fault}")
         self.recording = None
-        with self.stops, collector_frozen():
-            check_trajectory(trajectory, self.arm, self.read_posture())
-            if park is not None and trajectory.angles is not None:
-                check_trajectory(park, self.arm, trajectory.angles[-1])
+        with self.stops, collector_frozen(), realtime(wanted=self.realtime) as refusal:
             run = ArmRun(
                 self._joints,
                 self.arm,
                 self.rate_hz,
                 stops=self.stops,
-                trajectory=trajectory,
+                trajectory=checked(self.read_posture()),
                 park=park,
                 clock=self.clock,
                 on_tick=on_tick,
+                gravity=self.gravity,
+                remarks=(refusal,) if refusal else (),
             )
             try:
                 run.execute()

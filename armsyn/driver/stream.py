@@ -22,15 +22,15 @@ from armsyn.driver.joints import Health, JointState
 from armsyn.driver.log import Level, StreamLog
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.watch import ArmWatch, WatchSettings
-from armsyn.errors import ArmFaultError, CommandFaultError
-from armsyn.safety import check_command
+from armsyn.errors import ArmFaultError
+from armsyn.safety import TickState, averaged_current, judge_tick
 
 FloatArray = NDArray[np.float64]
 OnTick = Callable[[float, float], None]
 """Called after each tick with path time and the path's duration, s; must return quickly."""
 
 HEALTH_INTERVAL = 0.25
-"""Seconds in which the slow check of torque and hardware error visits every servo once."""
+"""Seconds in which the slow checks have visited every servo: torque, errors, temperature."""
 
 REST_AFTER = 0.02
 """Seconds of stall after which the stream starts from rest again."""
@@ -53,8 +53,17 @@ class ServoLink(Protocol):
         """Send goals, shape (n,), rad, and return the joints' state."""
         ...
 
+    @property
+    def polls(self) -> int:
+        """How many slow checks there are."""
+        ...
+
     def read_health(self, row: int) -> Health | None:
         """Torque and hardware error of one joint's servo; None when it did not answer."""
+        ...
+
+    def poll(self, turn: int) -> Health | None:
+        """Make the slow check whose turn it is; None when there is no answer."""
         ...
 
 
@@ -118,8 +127,9 @@ class Streamer:
         self.measured = np.full(n, np.nan)
         self.sent = self.commanded if self.lead is None else self.commanded + self.lead.lead
         self._state: JointState | None = None
+        self._judged_by = TickState.at_rest(self.commanded)
         self.begin()
-        self._health_every = max(1, round(HEALTH_INTERVAL / self.settings.period / n))
+        self._health_every = max(1, round(HEALTH_INTERVAL / self.settings.period / self.link.polls))
 
     def begin(self) -> None:
         """Let the time line begin now; what was made ready before does not count as silence."""
@@ -243,21 +253,16 @@ class Streamer:
         else:
             self.note(f"the host stalled for {stall:.3f} s: starting from rest again", "warning")
             course.resume_from_rest()
+            self._judged_by.commands[:] = self.commanded
 
     def _tick(self, wanted: FloatArray) -> None:
-        refusal = check_command(wanted, self.commanded, self.settings.limits)
-        if refusal is not None:
-            raise CommandFaultError(
-                f"{refusal}: the motion went wrong on its way and was stopped; plan it again",
-                refusal.joint,
-                refusal.value,
-                refusal.limit,
-            ) from refusal
+        wanted = self._judged(wanted)
         goals = wanted if self.lead is None else self.lead.goals(wanted)
         self._last_sent = self.clock.now()
         state = self.link.exchange(goals)
         before, self.commanded, self.sent = self.commanded, wanted, goals
         self._state = state
+        self._remember(state)
         self.measured[:] = state.position
         self.ticks += 1
         now = self.clock.now()
@@ -270,15 +275,32 @@ class Streamer:
         if fault_found is not None:
             raise fault_found
 
+    def _judged(self, wanted: FloatArray) -> FloatArray:
+        """The command as it may be sent; raises the fault where it must not be."""
+        verdict = judge_tick(self._judged_by, wanted, self.settings.limits)
+        if verdict.fault is not None:
+            raise verdict.fault
+        assert verdict.command is not None  # noqa: S101 - one of the two
+        commands = self._judged_by.commands
+        commands[:-1] = commands[1:]
+        commands[-1] = verdict.command
+        return verdict.command
+
+    def _remember(self, state: JointState) -> None:
+        """Keep what the next command is judged by; `watch` has judged the following already."""
+        self._judged_by = self._judged_by._replace(
+            current=averaged_current(self._judged_by.current, state.current, self.settings.period),
+            temperature=state.temperature,
+            voltage=state.voltage,
+        )
+
     def _check_health(self, state: JointState) -> ArmFaultError | None:
         """Ask a servo that has its alert bit set, else every now and then the next in turn."""
         if state.alert.any():
             row = int(np.argmax(state.alert))
-            return self.watch.health_fault(
-                row, self.link.read_health(row)
-            ) or self.watch.alert_fault(row)
+            found = self.watch.poll_fault(self.link.read_health(row))
+            return found or self.watch.alert_fault(row)
         turn, rest = divmod(self.ticks, self._health_every)
         if rest:
             return None
-        row = turn % self.commanded.size
-        return self.watch.health_fault(row, self.link.read_health(row))
+        return self.watch.poll_fault(self.link.poll(turn))

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from armsyn.arm import ServoDescription
+from armsyn.driver.checks import PAIR_TOLERANCE_TICKS, cure_of_error
 from armsyn.driver.joints import Health, JointState
-from armsyn.driver.registers import hardware_error_names
+from armsyn.driver.registers import WATCHDOG_EXPIRED, hardware_error_names
+from armsyn.driver.servos import title_of
 from armsyn.errors import ArmsynError, BusError, BusTimeoutError, HardwareFaultError
 from armsyn.safety import CommandLimits, check_following
 
@@ -28,6 +31,17 @@ SETTLED_ERROR = 0.005
 SETTLED_SPEED = 0.03
 """rad and rad/s within which the arm has arrived."""
 
+APART_TICKS = 5 * PAIR_TOLERANCE_TICKS
+"""How far the servos of a dual joint may read apart while it moves (8.8 degrees): they are read
+one after the other."""
+
+_STOPPED = "was stopped by its bus watchdog: it heard nothing for too long; check its cable"
+_SWITCHED_OFF = (
+    "has lost its torque, without a hardware error: it restarted (check its power) or another"
+    " program switched it off"
+)
+_RESTARTED = "restarted (its RAM is as at power-on): check its power; the next run writes all anew"
+
 SPEED_MEMORY = 0.2
 """Seconds in which the goal's speed fades from what following errors are judged by."""
 
@@ -41,15 +55,17 @@ class WatchSettings:
     period : float
         Of the ticks, s.
     limits : CommandLimits
-    servo_ids : tuple of int
-    servo_names : tuple of str
-        For messages.
+    servos : tuple of ServoDescription
+        All that are watched, as `armsyn.driver.joints.watched_servos` has them: one a joint
+        first.
+    limp : frozenset of int
+        IDs of servos that need no torque: a gripper that had none.
     """
 
     period: float
     limits: CommandLimits
-    servo_ids: tuple[int, ...]
-    servo_names: tuple[str, ...]
+    servos: tuple[ServoDescription, ...]
+    limp: frozenset[int] = frozenset()
 
 
 class ArmWatch:
@@ -64,13 +80,13 @@ class ArmWatch:
     Attributes
     ----------
     hardware_error : array of uint8, shape (n,)
-        Hardware Error Status of each servo, as far as it was read.
+        Hardware Error Status of each joint's servo, as far as it was read.
     settled_ticks : int
         Ticks in a row in which the whole arm was at its goals and at rest.
     """
 
     def __init__(self, settings: WatchSettings, now: float) -> None:
-        n = len(settings.servo_ids)
+        n = len(settings.limits.names)
         self.settings = settings
         self.hardware_error = np.zeros(n, dtype=np.uint8)
         self.settled_ticks = 0
@@ -128,10 +144,11 @@ class ArmWatch:
         silence = now - self._heard
         silent = int(np.argmax(silence))
         if silence[silent] > LONGEST_SILENCE:
+            servo = self.settings.servos[silent]
             return BusTimeoutError(
-                f"{self.settings.servo_names[silent]} has been silent for {silence[silent]:.2f} s:"
-                " check its cable and power",
-                (self.settings.servo_ids[silent],),
+                f"{title_of(servo)} has been silent for {silence[silent]:.2f} s: check its cable"
+                " and power",
+                (servo.id,),
             )
         if len(self._successes) == SUCCESS_WINDOW and self.success_rate < LOWEST_SUCCESS:
             return BusError(
@@ -142,27 +159,56 @@ class ArmWatch:
             command, state.position, self._speed, state.fresh, self.settings.limits
         )
 
-    def health_fault(self, row: int, health: Health | None) -> HardwareFaultError | None:
-        """Return what the slow check of one servo says; a lost reply says nothing."""
+    def poll_fault(self, health: Health | None) -> HardwareFaultError | None:
+        """Return what a slow check of one servo says; a lost reply says nothing.
+
+        Parameters
+        ----------
+        health : Health or None
+
+        Returns
+        -------
+        HardwareFaultError or None
+            A hardware error, torque or RAM lost, a bus watchdog that has expired, or a shadow that
+            does not follow.
+        """
         if health is None:
             return None
-        self.hardware_error[row] = health.hardware_error
+        servo = self.settings.servos[health.row]
+        if health.hardware_error is not None and health.row < self.hardware_error.size:
+            self.hardware_error[health.row] = health.hardware_error
+        problem = self._problem(servo, health)
+        if problem is None:
+            return None
+        return HardwareFaultError(f"{title_of(servo)} {problem}", servo.id)
+
+    def _problem(self, servo: ServoDescription, health: Health) -> str | None:
         if health.hardware_error:
-            return self.alert_fault(row)
-        if not health.torque_enabled:
-            return HardwareFaultError(
-                f"{self.settings.servo_names[row]} has lost its torque, without a hardware error:"
-                " it restarted (check its power) or another program switched it off",
-                self.settings.servo_ids[row],
+            return _error(servo, health.hardware_error)
+        watchdog = health.bus_watchdog
+        streamed = servo.joint in self.settings.limits.names
+        if watchdog == WATCHDOG_EXPIRED:
+            return _STOPPED
+        lost = health.torque_enabled is False and servo.id not in self.settings.limp
+        if watchdog == 0 and streamed:
+            return f"has lost its {'torque' if lost else 'bus watchdog'}: it {_RESTARTED}"
+        if lost:
+            return _SWITCHED_OFF
+        if health.apart is not None and abs(health.apart) > APART_TICKS:
+            return (
+                f"reads {abs(health.apart)} ticks off its leader, {APART_TICKS} are allowed: one of"
+                " the two does not hear its goals, or the joint has come apart; look at it"
             )
         return None
 
     def alert_fault(self, row: int) -> HardwareFaultError:
-        """Return the fault of a servo whose alert bit is set."""
-        status = int(self.hardware_error[row])
-        cause = hardware_error_names(status) if status else "its cause could not be read"
+        """Return the fault of a joint's servo whose alert bit is set."""
+        servo = self.settings.servos[row]
         return HardwareFaultError(
-            f"{self.settings.servo_names[row]} reports a hardware error: {cause}; support the arm,"
-            " see to the cause, then reboot the servo (its torque drops)",
-            self.settings.servo_ids[row],
+            f"{title_of(servo)} {_error(servo, int(self.hardware_error[row]))}", servo.id
         )
+
+
+def _error(servo: ServoDescription, status: int) -> str:
+    cause = hardware_error_names(status) if status else "its cause could not be read"
+    return f"reports a hardware error: {cause}; {cure_of_error(servo)}"

@@ -6,8 +6,9 @@ the bytes on their way back (`SteppedArm.damage`), and the servos themselves.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
+import msgspec
 import numpy as np
 
 from armsyn.arm import ArmDescription
@@ -16,16 +17,18 @@ from armsyn.driver.path import straight_way
 from armsyn.driver.transactions import Bus
 from armsyn.errors import PortLostError
 from armsyn.motion import Motion
+from firmware_sim.assembly import build_simulation
 from firmware_sim.clock import SteppedClock
 from firmware_sim.firmware.servo import Servo
-from firmware_sim.firmware.world import build_world
-from firmware_sim.rig.settings import ServoSettings
-from firmware_sim.tables import find_model
+from firmware_sim.rig.settings import Rig, ServoSettings
+from firmware_sim.rig.shadows import join_shadows
+from firmware_sim.rig.table import read_table
 from firmware_sim.testing import SteppedPort
-from firmware_sim.wire.bus import Bus as SimulatedBus
 
-BAUD_CODE = 3  # 1 Mbaud
 REPLY_HEADER = b"\xff\xff\xfd\x00"
+TOGETHER = 0xFE
+SHARE = 14
+"""Bytes of one servo's state in a packet of all together: error, ID, 10 bytes, CRC."""
 
 
 class SteppedSerial:
@@ -81,7 +84,7 @@ class SteppedBus(Bus):
 
     def __init__(self, arm: SteppedArm) -> None:
         self._arm = arm
-        super().__init__("stepped", 1_000_000)
+        super().__init__("stepped", arm.baud)
 
     def openPort(self) -> bool:  # noqa: N802 - the SDK's name
         self.serial_port = SteppedSerial(self._arm)  # type: ignore[assignment]
@@ -92,29 +95,33 @@ class SteppedBus(Bus):
 class SteppedArm:
     """An arm of simulated servos; also the clock that its streams run on."""
 
-    def __init__(self, arm: ArmDescription, return_delay: int = 0) -> None:
+    def __init__(
+        self,
+        arm: ArmDescription,
+        return_delay: int = 0,
+        firmware: Mapping[int, int] | None = None,
+        baud: int = 1_000_000,
+    ) -> None:
         self.description = arm
         self.clock = SteppedClock()
-        settings = {"Baud Rate": BAUD_CODE, "Return Delay Time": return_delay}
-        world = build_world(
-            [
-                ServoSettings(
-                    find_model(s.model),
-                    s.id,
-                    s.rest_tick,
-                    registers={**settings, "Drive Mode": s.drive_mode},
-                )
-                for s in arm.servo
-            ]
-        )
-        self.servos = world.servos
-        self.port = SteppedPort(SimulatedBus(world), self.clock, 1_000_000)
+        settings = _settings_of(arm, return_delay, firmware or {}, baud)
+        simulation = build_simulation(Rig(settings))
+        self.servos = simulation.bus.servos
+        self.by_id = {servo.servo_id: servo for servo in self.servos}
+        self.port = SteppedPort(simulation, self.clock, baud)
+        self.baud = baud
         self.damage: Callable[[bytes], bytes] = lambda data: data
         self._events: list[tuple[float, Callable[[], None]]] = []
         self.bus = SteppedBus(self)
 
-    def session(self, rate: float = 200.0) -> ArmSession:
-        session = ArmSession.attach(self.bus, self.description, rate, clock=self)
+    def session(self, rate: float = 200.0, *, accept_no_watchdog: bool = False) -> ArmSession:
+        session = ArmSession.attach(
+            self.bus,
+            self.description,
+            rate,
+            clock=self,
+            accept_no_watchdog=accept_no_watchdog,
+        )
         session.gravity = False  # nothing has weight here
         return session
 
@@ -140,26 +147,61 @@ class SteppedArm:
 
     def value(self, register: str) -> list[int]:
         self.port.bus.advance(self.clock.now())
-        return [servo.memory.value(register) for servo in self.servos]
+        having = (servo for servo in self.servos if register in servo.model.table.by_name)
+        return [servo.memory.value(register) for servo in having]
 
     def torque(self) -> list[int]:
         return self.value("Torque Enable")
 
     def positions(self) -> np.ndarray:
-        """Where the servos really are, rad."""
-        ticks = [
-            int.from_bytes(servo.read(132, 4)[1], "little", signed=True) for servo in self.servos
-        ]
-        return self.description.calibration.to_radians(ticks)
+        """Where the joints' servos really are, rad."""
+        leaders = [self.by_id[servo.id] for servo in self.description.leaders]
+        return self.description.calibration.to_radians([present_tick(s) for s in leaders])
+
+
+def _settings_of(
+    arm: ArmDescription, return_delay: int, firmware: Mapping[int, int], baud: int
+) -> list[ServoSettings]:
+    tables = []
+    for servo in arm.servo:
+        table = {k: v for k, v in msgspec.to_builtins(servo).items() if v is not None}
+        table |= {"baud": baud, "return_delay_us": 2 * return_delay}
+        if servo.id in firmware:
+            table["firmware"] = firmware[servo.id]
+        tables.append(table)
+    settings = [read_table(table, {}, arm.name, n) for n, table in enumerate(tables, 1)]
+    return join_shadows(settings, [True] * len(settings), arm.name)
+
+
+def present_tick(servo: Servo) -> int:
+    """Present Position of a simulated servo of any family."""
+    row = servo.model.table["Present Position"]
+    return int.from_bytes(servo.read(row.address, row.size)[1], "little", signed=row.signed)
 
 
 def without(servo_id: int) -> Callable[[bytes], bytes]:
-    """Lose every reply of one servo."""
+    """Lose every reply of one servo; in a packet of all together, of those after it, too."""
+    cut = False
+
+    def keep(reply: bytes) -> bytes:
+        nonlocal cut
+        cut = reply[:1] == bytes([servo_id])
+        if reply[:1] != bytes([TOGETHER]):
+            return b"" if cut else REPLY_HEADER + reply
+        head, shares = reply[:4], reply[4:]  # ID, length, instruction
+        return REPLY_HEADER + head + together(shares)
+
+    def together(shares: bytes) -> bytes:
+        nonlocal cut
+        starts = range(0, len(shares), SHARE)
+        missing = (at for at in starts if shares[at + 1 : at + 2] == bytes([servo_id]))
+        end = 0 if cut else next(missing, None)
+        cut = end is not None
+        return shares[:end]
 
     def damage(data: bytes) -> bytes:
         replies = data.split(REPLY_HEADER)
-        kept = [r for r in replies[1:] if not r or r[0] != servo_id]
-        return replies[0] + b"".join(REPLY_HEADER + r for r in kept)
+        return together(replies[0]) + b"".join(map(keep, replies[1:]))
 
     return damage
 

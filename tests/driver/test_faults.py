@@ -15,7 +15,7 @@ ON, OFF = [1] * 7, [0] * 7
 LARGE = (0.6, 0.3, -0.6, 0.9)
 TORQUE_ENABLE = 64
 LEFT = "left with torque on (but where a servo lost it), holding, watchdog armed"
-CURE = "armsyn.driver.clear_watchdogs"
+CURE = "armsyn clear"
 
 
 def test_what_cannot_be_put_back_is_said(stepped: SteppedArm) -> None:

@@ -54,7 +54,7 @@ def test_an_arm_that_does_not_reach_rest_is_not_let_go(stepped: SteppedArm) -> N
     off = np.abs(stepped.positions() - stepped.description.rest)
     assert np.flatnonzero(off > PARK_TOLERANCE).tolist() == [ELBOW]
     assert recording.events[-2][1].endswith("rad off its rest posture at elbow_flexion")
-    assert recording.events[-1][1] == "stopped short of the rest posture, torque on, holding"
+    assert recording.events[-1][1] == Ending.PARK_MISSED.value
 
 
 def test_an_arm_that_droops_a_little_is_let_go(stepped: SteppedArm) -> None:

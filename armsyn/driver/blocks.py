@@ -1,0 +1,212 @@
+"""What is read of each family of servos in one go: its state at every tick, its health in turns.
+
+Registers that belong together lie side by side, so that one read gets them; the addresses are
+those of `armsyn.driver.registers`, which ``tests/driver/test_blocks.py`` checks.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from armsyn.driver import registers as reg
+from armsyn.driver.parser import StatusPacket
+from armsyn.driver.plans import Kind, ReadPlan
+from armsyn.driver.registers import AX, MX1, XL320, Layout, X
+from armsyn.driver.servos import ServoGroup
+
+NAN = float("nan")
+
+
+class RawState(NamedTuple):
+    """State of one servo in its registers' units.
+
+    Attributes
+    ----------
+    current : int
+        0 for servos that have no current sensor.
+    velocity, position : int
+    voltage, temperature : float
+        V and degrees Celsius; NaN where another read tells.
+    """
+
+    current: int
+    velocity: int
+    position: int
+    voltage: float = NAN
+    temperature: float = NAN
+
+
+class Health(NamedTuple):
+    """What a slow check of one servo found; None and NaN for what it did not ask about.
+
+    Attributes
+    ----------
+    row : int
+        Of the servo among those watched.
+    torque_enabled : bool or None
+        False also for a servo of an older family that has shut down (Torque Limit 0).
+    hardware_error : int or None
+        Hardware Error Status, in the X series' bits.
+    bus_watchdog : int or None
+        None also for a servo that has none.
+    voltage, temperature : float
+        V and degrees Celsius.
+    apart : int or None
+        Of a shadow: ticks that it reads off its leader.
+    """
+
+    row: int
+    torque_enabled: bool | None = None
+    hardware_error: int | None = None
+    bus_watchdog: int | None = None
+    voltage: float = NAN
+    temperature: float = NAN
+    apart: int | None = None
+
+
+class StateBlock(NamedTuple):
+    """Where a family's state lies, and how it is decoded."""
+
+    address: int
+    size: int
+    decode: Callable[[bytes], RawState]
+
+
+class HealthBlock(NamedTuple):
+    """Where a part of a family's health lies, and how it is decoded.
+
+    `decode` takes the row of the servo, the reply, and whether the servo has a bus watchdog.
+    """
+
+    address: int
+    size: int
+    decode: Callable[[int, StatusPacket, bool], Health]
+
+
+_X_STATE = struct.Struct("<hii")
+_CLASSIC_STATE = struct.Struct("<HHHBB")
+_MX1_STATE = struct.Struct("<hHHBB")
+_XL320_STATE = struct.Struct("<HH")
+_X_MEASURES = struct.Struct("<HB")
+
+
+def _x_state(data: bytes) -> RawState:
+    return RawState(*_X_STATE.unpack(data))
+
+
+def _classic_state(data: bytes) -> RawState:
+    position, speed, _, voltage, temperature = _CLASSIC_STATE.unpack(data)
+    return _of_classic(position, speed, voltage, temperature)
+
+
+def _mx1_state(data: bytes) -> RawState:
+    position, speed, _, voltage, temperature = _MX1_STATE.unpack(data)
+    return _of_classic(position, speed, voltage, temperature)
+
+
+def _of_classic(position: int, speed: int, voltage: int, temperature: int) -> RawState:
+    volts = voltage * reg.VOLTAGE_UNIT
+    return RawState(0, reg.directed(speed), position, volts, float(temperature))
+
+
+def _xl320_state(data: bytes) -> RawState:
+    position, speed = _XL320_STATE.unpack(data)
+    return RawState(0, reg.directed(speed), position)
+
+
+STATE_BLOCKS: Mapping[Layout, StateBlock] = MappingProxyType(
+    {
+        X: StateBlock(126, 10, _x_state),
+        XL320: StateBlock(37, 4, _xl320_state),
+        MX1: StateBlock(36, 8, _mx1_state),
+        AX: StateBlock(36, 8, _classic_state),
+    }
+)
+"""Current, velocity and position; with protocol 1.0 load, voltage and temperature, too."""
+
+
+def _x_health(row: int, reply: StatusPacket, watched: bool) -> Health:
+    data, start = reply.parameters, reg.HEALTH_ADDRESS
+    return Health(
+        row,
+        torque_enabled=bool(data[0]),
+        hardware_error=data[reg.HARDWARE_ERROR_STATUS.address - start],
+        bus_watchdog=reg.BUS_WATCHDOG.decode(data[reg.BUS_WATCHDOG.address - start :])
+        if watched
+        else None,
+    )
+
+
+def _x_measures(row: int, reply: StatusPacket, _: bool) -> Health:
+    voltage, temperature = _X_MEASURES.unpack(reply.parameters)
+    return Health(row, voltage=voltage * reg.VOLTAGE_UNIT, temperature=float(temperature))
+
+
+def _classic_health(row: int, reply: StatusPacket, _: bool) -> Health:
+    data = reply.parameters
+    return Health(
+        row,
+        torque_enabled=bool(data[0]) and (data[10] or data[11]) != 0,
+        hardware_error=reply.hardware_error or 0,
+        voltage=data[18] * reg.VOLTAGE_UNIT,
+        temperature=float(data[19]),
+    )
+
+
+def _xl320_health(row: int, reply: StatusPacket, _: bool) -> Health:
+    data = reply.parameters
+    return Health(
+        row,
+        torque_enabled=bool(data[0]) and (data[11] or data[12]) != 0,
+        hardware_error=XL320.hardware_error(data[26]),
+        voltage=data[21] * reg.VOLTAGE_UNIT,
+        temperature=float(data[22]),
+    )
+
+
+HEALTH_BLOCKS: Mapping[Layout, tuple[HealthBlock, ...]] = MappingProxyType(
+    {
+        X: (
+            HealthBlock(reg.HEALTH_ADDRESS, reg.HEALTH_SIZE, _x_health),
+            HealthBlock(reg.MEASURES_ADDRESS, reg.MEASURES_SIZE, _x_measures),
+        ),
+        XL320: (HealthBlock(24, 27, _xl320_health),),
+        MX1: (HealthBlock(24, 20, _classic_health),),
+        AX: (HealthBlock(24, 20, _classic_health),),
+    }
+)
+"""Torque and errors first."""
+
+
+def state_plans(group: ServoGroup, *, fast: bool = True) -> tuple[ReadPlan, ...]:
+    """How the state of servos is read at each tick, family by family.
+
+    Parameters
+    ----------
+    group : ServoGroup
+        Its firmware known, where fast reads are wanted.
+    fast : bool
+        Whether servos may answer with one packet together, where all of a family can.
+
+    Returns
+    -------
+    tuple of ReadPlan
+    """
+    plans = []
+    for layout, block in STATE_BLOCKS.items():
+        ids = tuple(i for i in group.ids if group.models[i].layout is layout)
+        if not ids:
+            continue
+        together = fast and len(ids) > 1 and all(group.reads_fast(i) for i in ids)
+        kind: Kind = "single" if layout in (MX1, AX) else "fast" if together else "sync"
+        plans.append(ReadPlan(kind, group.bus.protocols[ids[0]], block.address, block.size, ids))
+    return tuple(plans)
+
+
+def health_plan(group: ServoGroup, servo_id: int, block: HealthBlock) -> ReadPlan:
+    """How a part of one servo's health is read."""
+    protocol = group.bus.protocols[servo_id]
+    return ReadPlan("single", protocol, block.address, block.size, (servo_id,))
