@@ -72,7 +72,7 @@ class BusPort(PortHandler):  # type: ignore[misc]  # the SDK has no types
 
     def clearPort(self) -> None:
         """Throw away what has arrived."""
-        while self.serial_port.read(0.0):
+        while self.serial_port.read_now():
             pass
 
     def setBaudRate(self, baudrate: int) -> bool:
@@ -84,10 +84,13 @@ class BusPort(PortHandler):  # type: ignore[misc]  # the SDK has no types
 
     def readPort(self, length: int) -> bytes:
         """Up to `length` bytes, waiting for the first until the packet's time-out."""
-        if not self.ser.in_waiting:
-            left = self.packet_timeout - self.getTimeSinceStart()
-            self.serial_port.wait(self.serial_port.now() + left * 1e-3)
-        return bytes(self.ser.read(length))
+        left = self.packet_timeout - self.getTimeSinceStart()
+        self.serial_port.wait(self.serial_port.now() + left * 1e-3)
+        return self.serial_port.read_now(length)
+
+    def getBytesAvailable(self) -> int:
+        """Return how many bytes have arrived."""
+        return self.serial_port.waiting()
 
     def writePort(self, packet: Sequence[int]) -> int:
         """Send bytes; returns their number."""

@@ -31,6 +31,9 @@ LOOK_BEFORE = 250e-6
 LOOK_AFTER = 100e-6
 """Seconds for which late replies are looked for without sleeping."""
 
+_REFUSALS = (errno.EINVAL, errno.ENOTTY, errno.EOPNOTSUPP)
+"""Error numbers that say no instead of goodbye."""
+
 _CHUNK = 4096
 _LOST = (serial.SerialException, OSError, termios.error, TypeError)
 """What pyserial and the system raise when the port vanishes (TypeError: a closed descriptor)."""
@@ -85,10 +88,14 @@ class SerialPort:
         return time.monotonic()
 
     def set_baud(self, baud: int) -> None:
-        """Change the baud rate; PortError when the adapter refuses it."""
+        """Change the baud rate; PortError when the adapter refuses it, PortLostError as `read`."""
         try:
             self.serial.baudrate = baud
-        except (ValueError, OSError, termios.error) as error:
+        except ValueError as error:
+            raise PortError(f"port {self.path} does not take {baud} baud: {error}") from error
+        except _LOST as error:
+            if _number(error) not in _REFUSALS:
+                raise self._lost(error) from error
             raise PortError(f"port {self.path} does not take {baud} baud: {error}") from error
 
     def write(self, data: bytes) -> None:
@@ -119,10 +126,17 @@ class SerialPort:
                 ) from None
             return 0
 
-    def read_now(self) -> bytes:
+    def waiting(self) -> int:
+        """Return how many bytes have arrived; PortLostError when the port went away."""
+        try:
+            return int(self.serial.in_waiting)
+        except _LOST as error:
+            raise self._lost(error) from error
+
+    def read_now(self, most: int = _CHUNK) -> bytes:
         """Bytes that have arrived, without waiting; a port that went away may go unnoticed."""
         try:
-            return os.read(self._descriptor, _CHUNK)
+            return os.read(self._descriptor, most)
         except BlockingIOError:
             return b""
         except _LOST as error:
@@ -214,11 +228,25 @@ class SerialPort:
             self._lock.release()
 
     def _lost(self, error: BaseException | None) -> PortLostError:
+        """Give the port up, so that its device can come back under its name."""
+        if self._descriptor < 0:
+            return PortLostError(
+                f"port {self.path} is closed: it was lost or given back; open it again"
+            )
+        self.close()
         reason = f" ({error})" if error is not None else ""
         return PortLostError(
             f"port {self.path} was lost while in use{reason}: check the cable and power,"
             " then start again"
         )
+
+
+def _number(error: BaseException) -> int | None:
+    """Error number of the system; `termios.error` has it as its first argument."""
+    number = getattr(error, "errno", None)
+    if number is None and error.args and isinstance(error.args[0], int):
+        return error.args[0]
+    return number
 
 
 @contextlib.contextmanager
@@ -233,7 +261,7 @@ def _explained(path: str) -> Iterator[None]:
 
 
 def _reason(error: BaseException) -> str:
-    number = getattr(error, "errno", None)
+    number = _number(error)
     if number == errno.ENOENT:
         return "does not exist: plug the adapter in and look for it under /dev"
     if number in (errno.EACCES, errno.EPERM):
