@@ -106,6 +106,29 @@ def expected_droop(arm: ArmDescription) -> FloatArray:
     return torques / stiffness(arm)
 
 
+def hand_droop(arm: ArmDescription, posture: FloatArray) -> float:
+    """How far the hand sags in a posture, with the servos' initial gains.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    posture : array, shape (n,)
+        rad.
+
+    Returns
+    -------
+    float
+        m, by the Jacobian; NaN where a joint's stiffness is not known.
+
+    Raises
+    ------
+    InputError
+        A joint without mass.
+    """
+    sagging = gravity_torque(arm, posture) / stiffness(arm)
+    return float(np.linalg.norm(arm.chain.jacobian(posture) @ sagging))
+
+
 def _climb(arm: ArmDescription, joint: int, start: FloatArray) -> WorstLoad:
     q = start.copy()
     torque = 0.0

@@ -1,4 +1,4 @@
-"""`armsyn arms`: which arms there are, and what other programs need of one."""
+"""`armsyn arms`: which arms there are, what is known of one, and what other programs need of it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import click
+
+from armsyn.cli.arms_show import show
 
 _CALIBRATION = click.option(
     "--calibration",
@@ -20,7 +22,7 @@ _CALIBRATION = click.option(
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 @click.pass_context
 def arms(context: click.Context, calibration: Path | None, as_json: bool) -> None:
-    """List the arms that are described, or write what other programs need of one.
+    """List the arms that are described, show one, or write what other programs need of it.
 
     Descriptions are looked for in $ARMSYN_CALIBRATION, ./calibration, and where the project keeps
     its own; the first of a name counts.
@@ -42,6 +44,9 @@ def arms(context: click.Context, calibration: Path | None, as_json: bool) -> Non
         raise DescriptionError("no arms found: name the folder of their descriptions")
     else:
         _show(found)
+
+
+arms.add_command(show)
 
 
 @arms.command()

@@ -233,8 +233,8 @@ def inputs_hash(arm: ArmDescription, trainings: list[Training], options: Learnin
 def _looked_at(arm: ArmDescription) -> bytes:
     """Encode what learning looks at of a description: neither servos nor masses nor shapes."""
     document = msgspec.to_builtins(arm)
-    kept = ("name", "joint", "tip", "landmarks", "follows", "facing")
-    document = {key: document[key] for key in kept}
+    document = {key: document[key] for key in ("name", "joint", "tip", "facing")}
+    document["landmarks"] = arm.landmarks
     del document["tip"]["mass"]
     for joint in document["joint"]:
         for unseen in ("link", "shape", "max_jerk"):
