@@ -37,8 +37,8 @@ REST_TOLERANCE = 0.09
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]{0,31}")
 _REVERSE = 0b0001
-_POSITION_MODES = (2, 3)
-"""Operating modes in which positions end where the encoder's turn does (XL-320; X series)."""
+_POSITION_MODE = 3
+"""Operating mode in which positions end where the encoder's turn does."""
 
 Byte = Annotated[int, msgspec.Meta(ge=0, le=255)]
 
@@ -61,8 +61,9 @@ class ServoCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     range_ticks : 2-tuple of int, or None
         Least and greatest position that the joint was moved to by hand, counted on across the
         end of the encoder's turn; None where it was not.
-    homing_offset, drive_mode, operating_mode : int or None
-        Registers as found; None where the servo has none.
+    homing_offset, drive_mode, operating_mode : int
+        Registers as found, in the X series' numbers; 0 for an offset or a drive mode that the
+        servo does not have.
     """
 
     id: ServoId
@@ -73,10 +74,10 @@ class ServoCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     protocol: Literal[1, 2]
     zero_tick: Tick
     direction: Literal[1, -1]
+    homing_offset: Tick
+    drive_mode: Byte
+    operating_mode: Byte
     range_ticks: tuple[Tick, Tick] | None = None
-    homing_offset: Tick | None = None
-    drive_mode: Byte | None = None
-    operating_mode: Byte | None = None
 
 
 class ArmCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -254,7 +255,7 @@ def _check_belongs(arm: ArmDescription, calibration: ArmCalibration) -> None:
                 raise InputError(
                     f"servo {servo.id}: {field} is {here!r}, in the description {there!r}"
                 )
-        if servo.drive_mode is not None and (servo.drive_mode ^ mate.drive_mode) & _REVERSE:
+        if (servo.drive_mode ^ mate.drive_mode) & _REVERSE:
             raise InputError(
                 f"servo {servo.id}: it counted the other way round than described (bit 0 of"
                 " drive_mode): run armsyn setup, then armsyn calibrate"
@@ -282,7 +283,7 @@ def _reach(servo: ServoCalibration, rest: float) -> tuple[float, float]:
                 f" ends it was moved to, {ends[0]:.3f} and {ends[1]:.3f} rad: calibrate again"
             )
         low, high = min(ends[0] + RANGE_MARGIN, rest), max(ends[1] - RANGE_MARGIN, rest)
-    if servo.operating_mode is None or servo.operating_mode in _POSITION_MODES:
+    if servo.operating_mode == _POSITION_MODE:
         turn = sorted(angle_of(servo, tick) for tick in (0, last_tick(servo.model)))
         low, high = max(low, turn[0]), min(high, turn[1])
     if not low <= rest <= high:
