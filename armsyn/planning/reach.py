@@ -12,9 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.errors import InputError, LimitError, UnreachableError
+from armsyn.errors import (
+    CollisionError,
+    InputError,
+    LimitError,
+    RefusedMotionError,
+    UnreachableError,
+)
 from armsyn.ik import solve_ik
 from armsyn.motion import Motion
+from armsyn.safety import check_collision
 from armsyn.synergy import LearnedReach, SynergyLibrary, SynergySet
 from armsyn.synergy.controller import LIMIT_RATE, RAMP_S, Controller, RollOut
 
@@ -124,6 +131,8 @@ class ReachPlanner:
             until the joints' accelerations hold.
         UnreachableError
             No learned synergy brings the hand within `TOLERANCE_M`.
+        CollisionError
+            Those that do go through the arm itself or what is around it.
         """
         start = self.arm.chain.checked_posture(posture)
         self._check_inside(start)
@@ -136,23 +145,26 @@ class ReachPlanner:
         hand = self.arm.chain.forward(start).tip
         candidates = self.library.nearest(hand, goal, self.ik, self.model)
         missed: RollOut | None = None
-        too_fast: LimitError | None = None
+        refused: RefusedMotionError | None = None
         for rank, (learned, synergy) in enumerate(candidates):
             rolled, scale = self._roll(start, goal, synergy, rate_hz, 1.0), 1.0
             if rolled.arrived:
                 try:
                     rolled, scale = self._slowed(start, goal, synergy, rate_hz)
                 except LimitError as error:
-                    too_fast = too_fast or error
+                    refused = refused or error
                     continue
             if rolled.arrived:
+                if collision := check_collision(rolled.angles, self.arm, leaving=True):
+                    refused = refused or collision
+                    continue
                 trajectory = self._trajectory(rolled, rate_hz, learned)
                 return PlannedReach(trajectory, goal, learned, synergy, rank, scale)
             if missed is None or rolled.distance < missed.distance:
                 missed = rolled
-        if missed is None:
-            assert too_fast is not None  # noqa: S101 - there is a candidate, and none was missed
-            raise too_fast
+        if missed is None or isinstance(refused, CollisionError):
+            assert refused is not None  # noqa: S101 - there is a candidate, and none was missed
+            raise refused
         raise UnreachableError(self._why_not(start, goal, missed), missed.distance)
 
     def _check_inside(self, posture: FloatArray) -> None:

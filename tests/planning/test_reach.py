@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from armsyn.arm import ArmDescription, find_file, load_arm
-from armsyn.errors import InputError, LimitError, UnreachableError
+from armsyn.arm.shapes import BoxDescription
+from armsyn.errors import CollisionError, InputError, LimitError, UnreachableError
 from armsyn.motion import Motion
 from armsyn.planning import PlannedReach, ReachPlanner, joined
 from armsyn.planning.reach import TOLERANCE_M
@@ -290,3 +291,35 @@ def test_motions_that_do_not_follow_each_other_are_refused() -> None:
     hand = dataclasses.replace(line(1.0, 2.0), angles=None, joint_names=())
     with pytest.raises(InputError, match="only motions with joint angles"):
         joined(hand, hand)
+
+
+def with_box(
+    arm: ArmDescription, centre: np.ndarray, size: tuple[float, float, float]
+) -> ArmDescription:
+    box = BoxDescription(name="post", centre=tuple(centre.tolist()), size=size)
+    return msgspec.structs.replace(arm, box=(box,))
+
+
+def test_a_reach_takes_another_synergy_around_an_obstacle(
+    arm: ArmDescription, library: SynergyLibrary
+) -> None:
+    target = [0.35, -0.10, -0.15]
+    free = ReachPlanner(arm, library).plan(arm.rest, target)
+    assert free.trajectory.landmarks is not None
+    hand = free.trajectory.landmarks[:, -1]
+    halfway = hand[np.argmin(np.abs(np.linalg.norm(hand - hand[0], axis=1) - 0.15))]
+    walled = with_box(arm, halfway, (0.01, 0.01, 0.01))
+    around = ReachPlanner(walled, library).plan(arm.rest, target)
+    assert (free.rank, around.rank) == (0, 1)
+    assert around.trajectory.landmarks is not None
+    gap = np.linalg.norm(around.trajectory.landmarks[:, -1] - halfway, axis=1).min()
+    assert gap > 0.02  # the hand has an extent
+
+
+def test_a_target_within_an_obstacle_is_refused_by_its_name(
+    arm: ArmDescription, library: SynergyLibrary
+) -> None:
+    target = np.array([0.35, -0.10, -0.15])
+    walled = with_box(arm, target, (0.05, 0.05, 0.05))
+    with pytest.raises(CollisionError, match="post"):
+        ReachPlanner(walled, library).plan(arm.rest, target)
