@@ -99,6 +99,8 @@ class StreamLog:
         self.measured[row] = state.position
         self.velocity[row] = state.velocity
         self.current[row] = state.current
+        self.temperature[row] = state.temperature
+        self.voltage[row] = state.voltage
         np.logical_not(state.fresh, out=self.stale[row])
         self.hardware_error[row] = hardware_error
         self.rows = row + 1

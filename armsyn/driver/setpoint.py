@@ -219,13 +219,7 @@ class SetpointCourse:
 
 def own_copy(state: JointState) -> JointState:
     """A state whose arrays nobody uses again."""
-    return JointState(
-        position=state.position.copy(),
-        velocity=state.velocity.copy(),
-        current=state.current.copy(),
-        fresh=state.fresh.copy(),
-        alert=state.alert.copy(),
-    )
+    return JointState(**{name: part.copy() for name, part in state._asdict().items()})
 
 
 def checked_setpoint(answer: ArrayLike, t: float, arm: ArmDescription) -> FloatArray:
