@@ -10,6 +10,9 @@ from armsyn.errors import ArmFaultError, BusTimeoutError
 LONGEST_GAP = 0.5
 """Seconds between two looks within which no hand turns a joint by half a turn (6 rad/s)."""
 
+LONGEST_SILENCE = 2.0
+"""Seconds without a whole answer after which the servos count as lost."""
+
 _ROUNDING = 1e-9
 
 
@@ -58,14 +61,19 @@ class Follower:
         Raises
         ------
         ArmFaultError
-            Nothing was read for longer than `LONGEST_GAP`: what was turned meanwhile is not known.
+            Nothing was read for longer than `LONGEST_GAP`, and a servo is far from where it was.
+        BusTimeoutError
+            Nothing is read for longer than `LONGEST_SILENCE`.
         """
+        gap = self._group.bus.serial_port.now() - self._when
         try:
             read = self._group.read("Present Position")
         except BusTimeoutError:
-            self._check_gap()
+            if gap > LONGEST_SILENCE:
+                raise
             return self.ticks
-        self._check_gap()
+        if gap > LONGEST_GAP:
+            self._check_near(read, gap)
         self._when = self._group.bus.serial_port.now()
         for servo_id, tick in read.items():
             self.ticks[servo_id] += self._step(servo_id, tick)
@@ -84,13 +92,16 @@ class Follower:
             step -= turn if step > 0 else -turn
         return step
 
-    def _check_gap(self) -> None:
-        gap = self._group.bus.serial_port.now() - self._when
-        if gap > LONGEST_GAP:
-            raise ArmFaultError(
-                f"the servos were not read for {gap:.1f} s while somebody may have turned them:"
-                " calibrate again, with nothing else on the bus and the computer not suspended"
-            )
+    def _check_near(self, read: dict[int, int], gap: float) -> None:
+        """After a gap, a servo that is far from where it was may have gone either way."""
+        for servo_id, tick in read.items():
+            turn, step = self._turns[servo_id], self._step(servo_id, tick)
+            if turn is not None and abs(step) > turn // 4:
+                raise ArmFaultError(
+                    f"{self._group.title(servo_id)} was not read for {gap:.1f} s and has been"
+                    " turned far meanwhile, nobody knows which way: calibrate again, with nothing"
+                    " else on the bus"
+                )
 
 
 def turn_of(model: str) -> int | None:
