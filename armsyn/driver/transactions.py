@@ -15,7 +15,7 @@ from armsyn.driver.bus import DEFAULT_MARGIN, BusPort
 from armsyn.driver.collecting import BusCounters
 from armsyn.driver.line import Line
 from armsyn.driver.parser import ParserCounters, StatusPacket
-from armsyn.driver.plans import ReadPlan
+from armsyn.driver.plans import Kind, ReadPlan
 from armsyn.driver.protocol import BROADCAST_ID
 from armsyn.driver.protocol1 import MAXIMUM_ID as LAST_ID_1
 from armsyn.driver.registers import Register
@@ -271,25 +271,28 @@ class Bus(BusPort):
     def read_all(
         self, register: Register, servo_ids: tuple[int, ...], attempts: int = 3
     ) -> dict[int, int]:
-        """One register of several servos, in the order of `servo_ids`; errors as `read`."""
-        plans = self._plans(register, servo_ids)
-        replies = self.exchange(b"", plans)
+        """One register of several servos, in the order of `servo_ids`; errors as `read`.
+
+        Who did not answer is asked again by itself: a silent servo keeps those waiting that are
+        to answer after it.
+        """
+        replies = self.exchange(b"", self._plans(register, servo_ids, "sync"))
         for _ in range(attempts - 1):
-            missing = [i for i in servo_ids if i not in replies]
+            missing = tuple(i for i in servo_ids if i not in replies)
             if not missing:
                 break
             self._spend(missing)
-            replies |= self.exchange(b"", [plan.without(replies) for plan in plans])
+            replies |= self.exchange(b"", self._plans(register, missing, "single"))
         if silent := tuple(i for i in servo_ids if i not in replies):
             raise self._silent(silent)
         self._check(replies.values())
         return {i: register.decode(replies[i].parameters) for i in servo_ids}
 
-    def _plans(self, register: Register, servo_ids: tuple[int, ...]) -> list[ReadPlan]:
+    def _plans(self, register: Register, servo_ids: tuple[int, ...], kind: Kind) -> list[ReadPlan]:
         both = {n: tuple(i for i in servo_ids if self._protocol(i) == n) for n in (2, 1)}
         address, size = register.address, register.size
         return [
-            ReadPlan("sync" if number == 2 else "single", number, address, size, ids)
+            ReadPlan(kind if number == 2 else "single", number, address, size, ids)
             for number, ids in both.items()
             if ids
         ]

@@ -20,8 +20,16 @@ def status(servo_id: int, data: bytes = b"", error: int = 0) -> bytes:
     return protocol.packet(servo_id, 0x55, bytes([error]) + data)
 
 
+def packet_size(buffer: bytes) -> int:
+    """Bytes of the packet at a buffer's start, 0 while it is not whole."""
+    size = 7 + buffer[5] + 256 * buffer[6] if len(buffer) >= 7 else 0
+    return size if len(buffer) >= size else 0
+
+
 class ScriptedPort:
     """Answers each instruction packet with what the script returns for it.
+
+    `size_of` tells where packets end; by default those of Protocol 2.0.
 
     Attributes
     ----------
@@ -31,8 +39,9 @@ class ScriptedPort:
         Instruction packets received.
     """
 
-    def __init__(self, script: Script) -> None:
+    def __init__(self, script: Script, size_of: Callable[[bytes], int] = packet_size) -> None:
         self.script = script
+        self._size_of = size_of
         self.requests: list[bytes] = []
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
@@ -57,8 +66,7 @@ class ScriptedPort:
             if self._wake in ready:
                 return
             buffer += os.read(self._master, 4096)
-            while len(buffer) >= 7 and len(buffer) >= 7 + buffer[5] + 256 * buffer[6]:
-                end = 7 + buffer[5] + 256 * buffer[6]
+            while end := self._size_of(buffer):
                 request, buffer = buffer[:end], buffer[end:]
                 self.requests.append(request)
                 os.write(self._master, self.script(request))
