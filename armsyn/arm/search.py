@@ -36,6 +36,17 @@ def search_path(directory: Path | None = None) -> tuple[Path, ...]:
     return tuple(places)
 
 
+def check_name(name: str) -> None:
+    """Refuse what is no arm's name: letters, digits, ``-`` and ``_``, at most 64.
+
+    Raises
+    ------
+    DescriptionError
+    """
+    if not _NAME.fullmatch(name):
+        raise DescriptionError(f"{name!r} is not the name of an arm: letters, digits, - and _ only")
+
+
 def find_file(name: str, suffix: str, directory: Path | None = None) -> Path:
     """Find ``<name><suffix>`` on the search path.
 
@@ -57,8 +68,7 @@ def find_file(name: str, suffix: str, directory: Path | None = None) -> Path:
     DescriptionError
         No such file, or a name that is no name (a path, say).
     """
-    if not _NAME.fullmatch(name):
-        raise DescriptionError(f"{name!r} is not the name of an arm: letters, digits, - and _ only")
+    check_name(name)
     places = search_path(directory)
     for place in places:
         if (place / f"{name}{suffix}").is_file():

@@ -70,7 +70,7 @@ def with_urdf(document: dict[str, Any], folder: Path | None) -> dict[str, Any]:
     except msgspec.ValidationError as error:
         raise InputError(f"urdf: {error}") from error
     file = _inside(folder, source.file)
-    found = read_urdf(_text(file), str(file), source.base, source.tip)
+    found = read_urdf(read_urdf_file(file), str(file), source.base, source.tip)
     merged = {**found, **{key: value for key, value in document.items() if key != "urdf"}}
     merged["joint"] = _merged_joints(found["joint"], document.get("joint", []))
     tip = document.get("tip", {})
@@ -177,7 +177,8 @@ def _inside(folder: Path | None, name: str) -> Path:
     return file
 
 
-def _text(file: Path) -> str:
+def read_urdf_file(file: Path) -> str:
+    """Text of a URDF file; InputError for one that cannot be read, is too large or no text."""
     try:
         with file.open("rb") as stream:
             content = stream.read(MAXIMUM_BYTES + 1)

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from armsyn.cli.arms_show import show
+from armsyn.cli.arms_template import template
 
 _CALIBRATION = click.option(
     "--calibration",
@@ -47,6 +48,7 @@ def arms(context: click.Context, calibration: Path | None, as_json: bool) -> Non
 
 
 arms.add_command(show)
+arms.add_command(template)
 
 
 @arms.command()
