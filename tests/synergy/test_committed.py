@@ -14,7 +14,14 @@ from armsyn.synergy.models import parameter_bounds
 from armsyn.synergy.training import prepare
 
 FOLDER = Path(__file__).resolve().parents[2] / "calibration"
-ARMS = ["human7", "openmanipulator_x", "koch"]
+ARMS = [
+    "human7",
+    "openmanipulator_x",
+    "koch",
+    "widowx_250s",
+    "viperx_300s",
+    "reachy_right",
+]
 
 
 @pytest.fixture(params=ARMS)
