@@ -1,6 +1,7 @@
 """Talking to an arm: bus, checks before torque, streaming, recording."""
 
 from armsyn.driver.log import Event
+from armsyn.driver.monitor import ArmMonitor
 from armsyn.driver.path import straight_way
 from armsyn.driver.recording import Ending, Recording, fingerprint
 from armsyn.driver.recording_files import check_recording_path, save_recording
@@ -8,6 +9,7 @@ from armsyn.driver.recording_load import load_recording
 from armsyn.driver.session import ArmSession, clear_watchdogs
 
 __all__ = [
+    "ArmMonitor",
     "ArmSession",
     "Ending",
     "Event",

@@ -130,12 +130,16 @@ def check_models(group: ServoGroup, arm: str) -> None:
             tuple(servo.id for servo in missing),
         )
     for servo in group.servos:
-        if numbers[servo.id] != group.models[servo.id].number:
-            raise ServoMismatchError(
-                f"{group.title(servo.id)} on {bus.port_name} is a"
-                f" {model_name(numbers[servo.id])}, {arm} has a {servo.model} there:"
-                " check the ID or the description"
-            )
+        check_model(group, servo, numbers[servo.id], arm)
+
+
+def check_model(group: ServoGroup, servo: ServoDescription, number: int, arm: str) -> None:
+    """Refuse a servo that answers with another model number; ServoMismatchError."""
+    if number != group.models[servo.id].number:
+        raise ServoMismatchError(
+            f"{group.title(servo.id)} on {group.bus.port_name} is a {model_name(number)}, {arm}"
+            f" has a {servo.model} there: check the ID or the description"
+        )
 
 
 def _answering(group: ServoGroup) -> str:

@@ -7,6 +7,7 @@ register, states come back by one read for each family (`armsyn.driver.blocks`).
 from __future__ import annotations
 
 import struct
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -36,9 +37,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-FAST_LOSSES = 3
-"""Cycles in a row with a servo missing after which fast reads, which one missing servo cuts short,
-give way to sync reads, in which it is missing alone."""
+FAST_LOSSES = 3.0
+"""Incomplete cycles of late after which fast reads, of which a damaged byte takes all that follow,
+give way to sync reads, of which it takes one servo's."""
+
+_LOSS_MEMORY = 0.99
+"""What is left of a count of losses a cycle later."""
 
 _PACKING = {(2, False): "H", (2, True): "h", (4, False): "I", (4, True): "i"}
 _UNKNOWN = np.array(np.nan)
@@ -117,6 +121,9 @@ class JointGroup:
     firmware : dict of int to int, optional
         Firmware versions by ID, as `armsyn.driver.facts.check_models` finds them out. Without
         them no servo is read fast.
+    missing : collection of int
+        IDs of servos that are not read: behind a silent one in a read of several, others stay
+        silent, too.
 
     Attributes
     ----------
@@ -127,7 +134,12 @@ class JointGroup:
     """
 
     def __init__(
-        self, bus: Bus, arm: ArmDescription, margin: float, firmware: dict[int, int] | None = None
+        self,
+        bus: Bus,
+        arm: ArmDescription,
+        margin: float,
+        firmware: dict[int, int] | None = None,
+        missing: Collection[int] = (),
     ) -> None:
         self.bus = bus
         self.margin = margin
@@ -144,10 +156,12 @@ class JointGroup:
         self._rows = {identifier: row for row, identifier in enumerate(self.group.ids)}
         self._pairs = _pairs_of(arm)
         self._blocks = [STATE_BLOCKS[model.layout] for model in models]
-        self._plans = state_plans(self._leaders)
-        self._losses = 0
+        self._present = self._leaders.only(s for s in arm.leaders if s.id not in missing)
+        self._plans = state_plans(self._present)
+        self._losses = 0.0
         self._goals = _goals_of(self._leaders)
-        self._polls = self._make_polls()
+        self._polls = self._make_polls(missing)
+        self._first_polls = {poll.row: poll for poll in reversed(self._polls)}
         self._make_arrays()
 
     def _make_arrays(self) -> None:
@@ -165,10 +179,12 @@ class JointGroup:
             voltage=np.full(n, np.nan),
         )
 
-    def _make_polls(self) -> tuple[_Poll, ...]:
+    def _make_polls(self, missing: Collection[int]) -> tuple[_Poll, ...]:
         """Torque and errors of every servo first, then temperatures and how shadows follow."""
         first, later = [], []
         for row, servo in enumerate(self.group.servos):
+            if servo.id in missing:
+                continue
             layout = self.group.models[servo.id].layout
             polls = [
                 _Poll(row, block, health_plan(self.group, servo.id, block))
@@ -256,14 +272,14 @@ class JointGroup:
                 if decoded.voltage == decoded.voltage:  # not NaN
                     self._keep(row, decoded.voltage, decoded.temperature)
         self._convert()
-        self._count_losses(complete=bool(state.fresh.all()))
+        self._count_losses(complete=int(state.fresh.sum()) == len(self._present.ids))
         return state
 
     def _count_losses(self, *, complete: bool) -> None:
-        """Do without fast reads when they go on being cut short."""
-        self._losses = 0 if complete else self._losses + 1
-        if self._losses == FAST_LOSSES:
-            self._plans = state_plans(self._leaders, fast=False)
+        """Do without fast reads when too many of them are cut short."""
+        self._losses = _LOSS_MEMORY * self._losses + (not complete)
+        if self._losses > FAST_LOSSES and any(plan.kind == "fast" for plan in self._plans):
+            self._plans = state_plans(self._present, fast=False)
 
     def _convert(self) -> None:
         state, raw = self._state, self._raw
@@ -273,7 +289,8 @@ class JointGroup:
 
     def read_health(self, row: int) -> Health | None:
         """Torque and hardware error of one servo; None when it did not answer."""
-        return self._ask(self._polls[row])
+        poll = self._first_polls.get(row)
+        return None if poll is None else self._ask(poll)
 
     def poll(self, turn: int) -> Health | None:
         """Make the next of the slow checks, whose turn it is; None when there is no answer.
