@@ -29,9 +29,10 @@ from armsyn.driver.path import minimum_jerk
 
 FloatArray = NDArray[np.float64]
 
-LARGEST_FEEDFORWARD = 0.2
+LARGEST_FEEDFORWARD = 0.12
 LARGEST_CORRECTION = 0.1
-"""rad that goals may lead by, at most."""
+"""rad that goals may lead by, at most. A feed-forward that nothing asks for puts a joint off by
+itself, which must be no following error (0.15 rad at rest)."""
 
 FADE = 0.25
 """Seconds in which the feed-forward comes up under an arm that was limp."""
@@ -72,6 +73,8 @@ class LeadSettings:
         Range that goals must keep, rad: the joints' and the servos' own limits.
     period : float
         Of the ticks, s.
+    active : bool
+        False for goals that are the wanted posture, and nothing else.
     """
 
     arm: ArmDescription
@@ -79,6 +82,7 @@ class LeadSettings:
     lower: FloatArray
     upper: FloatArray
     period: float
+    active: bool = True
 
     @property
     def has_masses(self) -> bool:
@@ -87,7 +91,7 @@ class LeadSettings:
 
     def feedforward(self, posture: FloatArray) -> FloatArray:
         """Lead that holds a posture against gravity, shape (n,), rad; 0 where it is not known."""
-        if not self.has_masses:
+        if not (self.active and self.has_masses):
             return np.zeros(posture.size)
         lead = gravity_torque(self.arm, posture) / self.stiffness
         lead[~np.isfinite(lead)] = 0.0
@@ -95,7 +99,7 @@ class LeadSettings:
 
     def expected_droop(self) -> str:
         """What to expect of an arm without masses, in one line; nothing of one that has them."""
-        if self.has_masses:
+        if self.has_masses or not self.active:
             return ""
         firm = np.isfinite(self.stiffness) & (self.stiffness > 0.0)
         if not firm.any():
@@ -117,44 +121,48 @@ class GoalLead:
     wanted : array, shape (n,)
         Where the arm is, rad.
     sent : array, shape (n,)
-        Goals that the servos have: their difference to `wanted` is what holds the arm now.
+        Goals that the servos have, rad.
+    holds : array of bool, shape (n,)
+        Which servos are under torque: their lead is what holds the arm now.
 
     Attributes
     ----------
     lead : array, shape (n,)
         rad.
+    wanted : array, shape (n,)
+        The posture that the goals stand for, rad.
     content : bool
         Whether the correction has nothing left to do.
     limited : array of bool, shape (n,)
         Joints whose goal would have had to leave its range.
     """
 
-    def __init__(self, settings: LeadSettings, wanted: FloatArray, sent: FloatArray) -> None:
+    def __init__(
+        self,
+        settings: LeadSettings,
+        wanted: FloatArray,
+        sent: FloatArray,
+        holds: NDArray[np.bool_],
+    ) -> None:
         self.settings = settings
         n = wanted.size
         self._tick = np.abs(np.broadcast_to(settings.arm.calibration.radians_per_tick, (n,)))
         self._feedforward = self._next = settings.feedforward(wanted)
-        # what held the arm till now beyond the feed-forward goes on holding it ...
-        held = (sent - wanted).astype(np.float64)
-        self._correction = np.clip(
-            np.where(held != 0.0, held - self._feedforward, 0.0),
-            -LARGEST_CORRECTION,
-            LARGEST_CORRECTION,
-        )
-        # ... and what is missing to the feed-forward under a limp arm comes up softly
-        self._fading = held - self._feedforward - self._correction
-        self.lead = held
-        self.content = False
+        self.wanted, self.lead = wanted, sent - wanted
+        # what holds a joint beyond the feed-forward goes on holding it ...
+        beyond = np.where(holds & settings.active, self.lead - self._feedforward, 0.0)
+        self._correction = np.clip(beyond, -LARGEST_CORRECTION, LARGEST_CORRECTION)
+        # ... and what is missing to it under a limp one comes up softly
+        self._fading = self.lead - self._feedforward - self._correction
+        self.content = not settings.active
         self.limited = np.zeros(n, dtype=np.bool_)
         self._ticks = 0
         self._every = max(1, round(_INTERVAL / settings.period))
-        self._good = np.zeros(n, dtype=np.int64)
 
     def goals(self, wanted: FloatArray) -> FloatArray:
         """Goals that bring the arm to a posture; both of shape (n,), rad. Call it once a tick."""
         settings = self.settings
-        turn, rest = divmod(self._ticks, self._every)
-        del turn
+        rest = self._ticks % self._every
         if rest == 0:
             self._feedforward, self._next = self._next, settings.feedforward(wanted)
         self._ticks += 1
@@ -164,11 +172,13 @@ class GoalLead:
         target += self._fading * left
         most = FASTEST_LEAD * settings.period
         lead = self.lead + np.clip(target - self.lead, -most, most)
-        # a posture within its limits stays reachable: only the lead gives way
-        low, high = np.minimum(settings.lower, wanted), np.maximum(settings.upper, wanted)
+        # a posture within its limits stays reachable, and so does a goal that stood beyond them
+        last = self.wanted + self.lead
+        low = np.minimum(np.minimum(settings.lower, wanted), last)
+        high = np.maximum(np.maximum(settings.upper, wanted), last)
         goals = np.clip(wanted + lead, low, high)
         np.greater(np.abs(wanted + lead - goals), self._tick, out=self.limited)
-        self.lead = goals - wanted
+        self.lead, self.wanted = goals - wanted, wanted
         return np.asarray(goals)
 
     def correct(self, wanted: FloatArray, state: JointState) -> None:
@@ -180,6 +190,8 @@ class GoalLead:
             rad.
         state : JointState
         """
+        if not self.settings.active:
+            return
         error = wanted - state.position
         size = np.abs(error)
         off = size > DEAD_BAND * self._tick

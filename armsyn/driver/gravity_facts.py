@@ -22,11 +22,15 @@ def make_lead(
     group: ServoGroup,
     arm: ArmDescription,
     facts: tuple[ServoFacts, ...],
-    present: FloatArray,
-    sent: FloatArray,
+    goals: list[int],
     period: float,
+    *,
+    gravity: bool = True,
 ) -> GoalLead:
     """Read what there is to know, and let goals lead from where they stand.
+
+    The wanted posture begins where the arm is; a joint that is beyond its range, as on its stop,
+    at the end of it.
 
     Parameters
     ----------
@@ -35,10 +39,12 @@ def make_lead(
     arm : ArmDescription
     facts : tuple of ServoFacts, length n
         Of the joints' leading servos.
-    present, sent : array, shape (n,)
-        Where the joints are and where their goals stand, rad.
+    goals : list of int, length n
+        Where their goals stand, ticks.
     period : float
         Of the ticks, s.
+    gravity : bool
+        False for goals that lead by nothing: then the wanted posture begins at the goals.
 
     Returns
     -------
@@ -52,12 +58,17 @@ def make_lead(
     chain, lower, upper = arm.chain, *_own_limits(arm, facts)
     settings = LeadSettings(
         arm=arm,
-        stiffness=read_stiffness(group, arm),
+        stiffness=read_stiffness(group, arm) if gravity else np.full(len(facts), np.nan),
         lower=np.maximum(chain.lower, lower),
         upper=np.minimum(chain.upper, upper),
         period=period,
+        active=gravity,
     )
-    return GoalLead(settings, present, sent)
+    sent = arm.calibration.to_radians(goals)
+    present = arm.calibration.to_radians([servo.present_position for servo in facts])
+    wanted = np.clip(present if gravity else sent, settings.lower, settings.upper)
+    holds = np.array([servo.torque_enabled for servo in facts])
+    return GoalLead(settings, wanted, sent, holds)
 
 
 def _own_limits(

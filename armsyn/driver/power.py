@@ -20,8 +20,12 @@ from armsyn.errors import ArmFaultError, HardwareFaultError
 RESTORE_ATTEMPTS = 3
 """How often what was found is written back before a servo is given up."""
 
-GOAL_TOLERANCE_TICKS = 64
-"""How far a servo under torque may be from its goal (5.6 degrees) for a motion to begin."""
+GOAL_TOLERANCE_TICKS = 150
+"""How far a servo under torque may be from its goal (13 degrees) for a motion to begin: goals lead
+by up to 0.22 rad against gravity (`armsyn.driver.gravity`)."""
+
+MOVED_TOLERANCE_TICKS = 64
+"""How far a servo may move (5.6 degrees) as torque comes on."""
 
 
 def power_up(
@@ -120,7 +124,7 @@ def _check_still(group: ServoGroup, facts: Sequence[ServoFacts]) -> None:
     present = group.read("Present Position")
     for servo in facts:
         moved = abs(present[servo.servo_id] - servo.present_position)
-        if moved > GOAL_TOLERANCE_TICKS:
+        if moved > MOVED_TOLERANCE_TICKS:
             raise HardwareFaultError(
                 f"{servo.title} moved by {moved} ticks as its torque came on: check what pulls at"
                 " it, and its operating mode and homing offset",

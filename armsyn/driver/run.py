@@ -196,15 +196,11 @@ class ArmRun:
         standing = power.standing_goals(self._facts)
         goals = [standing[servo.servo_id] for servo in servos]
         self.joints.start_at([servo.present_position for servo in servos])
-        commanded, lead = self.arm.calibration.to_radians(goals), None
-        if self.gravity:
-            sent = commanded
-            commanded = self.arm.calibration.to_radians([s.present_position for s in servos])
-            lead = make_lead(self.group, self.arm, servos, commanded, sent, period)
+        lead = make_lead(self.group, self.arm, servos, goals, period, gravity=self.gravity)
+        commanded = lead.wanted
         limits = CommandLimits.of(self.arm, period, commanded)
         log = StreamLog(min(int(longest * self.rate_hz) + 1, MOST_ROWS), len(goals))
-        droop = lead.settings.expected_droop() if lead is not None else ""
-        for remark in filter(None, (*self.remarks, droop)):
+        for remark in filter(None, (*self.remarks, lead.settings.expected_droop())):
             log.note(0.0, remark, "warning")
         return Streamer(
             link=self.joints,

@@ -139,7 +139,8 @@ class Streamer:
     @property
     def longest_settling(self) -> float:
         """Seconds that the end of a course may take."""
-        return LONGEST_SETTLING if self.lead is None else LONGEST_CORRECTION
+        corrects = self.lead is not None and self.lead.settings.active
+        return LONGEST_CORRECTION if corrects else LONGEST_SETTLING
 
     def note(self, text: str, level: Level = "info") -> None:
         """Keep an event in the log."""
