@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from armsyn.cli.arm_options import DEFAULT_ARM, arm_options, started
 from armsyn.cli.choices import IKS, MODELS
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from armsyn.driver import ArmSession, Recording
     from armsyn.motion import FloatArray
     from armsyn.planning import PlannedReach, ReachPlanner
-
-DEFAULT_ARM = "human7"
 
 
 @dataclass(frozen=True)
@@ -53,8 +52,7 @@ class Done:
     metavar="X Y Z",
     help="Where the hand goes: metres, arm base frame (koch faces -x).",
 )
-@click.option("--arm", "arm_name", metavar="NAME", help=f"[default: {DEFAULT_ARM}, simulated]")
-@click.option("--port", metavar="PATH", help="Serial port of a real arm; without it, simulated.")
+@arm_options
 @click.option("--rate", "rate_hz", type=float, default=200.0, show_default=True, help="Hz.")
 @click.option(
     "--ik",
@@ -91,12 +89,16 @@ class Done:
     help="Draw the hand's speed: captured, planned, measured, raw.",
 )
 @click.option(
-    "--calibration",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIR",
-    help="The only folder to look for the arm's files in.",
+    "--accept-no-watchdog",
+    is_flag=True,
+    help="Move servos that have no bus watchdog, too: nothing stops them if this program dies.",
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+@click.option(
+    "--no-gravity", is_flag=True, help="Let goals not lead against what the arm's weight bends."
+)
+@click.option(
+    "--realtime", is_flag=True, help="Ask the system for real-time scheduling while the arm moves."
+)
 def reach(**options: Any) -> None:
     """Reach a target as a person would, on a real or simulated arm.
 
@@ -114,6 +116,8 @@ def reach(**options: Any) -> None:
 
     if options["port"] and not options["arm_name"]:
         raise InputError("--port needs --arm: which arm is connected there?")
+    if options["port"] and options["plant"]:
+        raise InputError("--plant is of simulated arms: leave out --port, or --plant")
     name, directory = options["arm_name"] or DEFAULT_ARM, options["calibration"]
     _check(options)
     arm = load_arm(name, directory).slowed(options["slower"])
@@ -127,9 +131,9 @@ def reach(**options: Any) -> None:
     if options["record"]:
         check_recording_path(options["record"])
     with ExitStack() as stack:
-        port = options["port"] or _start_simulator(stack, find_file(name, ".toml", directory))
+        port = options["port"] or stack.enter_context(started(arm, directory, options["plant"]))
         simulated = not options["port"]
-        _say_port(arm.name, port, simulated=simulated, as_json=options["as_json"])
+        _say_port(arm.name, port, simulated=simulated, options=options)
         done = _reach(planner, port, options, simulated=simulated)
     # However the arm was left is said first; what could not be written comes after it
     failed: list[InputError] = []
@@ -168,15 +172,10 @@ def _check(options: dict[str, Any]) -> None:
         raise InputError(f"--plot {plot}: must end in .png, in a folder that exists")
 
 
-def _start_simulator(stack: ExitStack, description: Path) -> str:
-    from armsyn.cli.simulator import simulated_arm
-
-    return stack.enter_context(simulated_arm(description))
-
-
-def _say_port(name: str, port: str, *, simulated: bool, as_json: bool) -> None:
-    where = f"simulated {name} on {port} (firmware_sim; no hardware moves)"
-    click.echo(where if simulated else f"{name} on {port}", err=as_json)
+def _say_port(name: str, port: str, *, simulated: bool, options: dict[str, Any]) -> None:
+    bodies = " under gravity" if options["plant"] == "mujoco" else ""
+    where = f"simulated {name}{bodies} on {port} (firmware_sim; no hardware moves)"
+    click.echo(where if simulated else f"{name} on {port}", err=options["as_json"])
 
 
 def _reach(planner: ReachPlanner, port: str, options: dict[str, Any], *, simulated: bool) -> Done:
@@ -186,7 +185,11 @@ def _reach(planner: ReachPlanner, port: str, options: dict[str, Any], *, simulat
     from armsyn.planning import joined
 
     arm, rate = planner.arm, options["rate_hz"]
-    with ArmSession.open(port, arm, rate, simulated=simulated) as session:
+    consent = options["accept_no_watchdog"]
+    with ArmSession.open(
+        port, arm, rate, simulated=simulated, accept_no_watchdog=consent
+    ) as session:
+        session.gravity, session.realtime = not options["no_gravity"], options["realtime"]
         start = session.read_posture()
         out = planner.plan(start, np.array(options["target"]))
         trajectory, back = out.trajectory, None

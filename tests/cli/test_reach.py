@@ -10,6 +10,7 @@ import pytest
 from matplotlib.image import imread
 
 from armsyn.arm import load_arm
+from armsyn.driver import Ending
 from armsyn.motion.formats import read_motion
 from tests.cli.commands import Outcome, run
 from tests.kinematics.oracle import Oracle
@@ -55,7 +56,7 @@ def test_the_main_job() -> None:
     assert 0 < document["tracking_rms_rad"] < 0.1
     assert document["ticks"] + document["missed_ticks"] >= 200 * document["movement_time_s"]
     assert 0 <= document["command_success_rate"] <= 1
-    assert document["ending"] == "at the target, torque on, holding"
+    assert document["ending"] == Ending.COMPLETED.value
 
 
 def test_the_measured_reach_is_a_persons(call: Call) -> None:
