@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from armsyn.arm import ServoDescription
 from armsyn.driver.transactions import Bus
 from armsyn.errors import PortError
-from firmware_sim.testing import SteppedPort
+from firmware_sim.faults.handling import hands
+from firmware_sim.testing import SteppedPort, stepped
 
 
 class SteppedLine:
@@ -34,8 +40,15 @@ class SteppedLine:
     def read_now(self) -> bytes:
         return self.port.read(self.port.in_waiting(), 0.0)
 
-    def gather(self, count: int, expected: float) -> bytes:
-        return self.port.read(count, max(0.0, expected - self.now()))
+    def gather(
+        self, count: int, expected: float, look: Callable[[bytes], None] | None = None
+    ) -> bytes:
+        data = self.read_now()
+        while len(data) < count and (chunk := self.read(expected)):
+            data += chunk
+            if look is not None:
+                look(data)
+        return data
 
     def close(self) -> None:
         pass
@@ -52,3 +65,71 @@ class SteppedLineBus(Bus):
         self.serial_port = self.line  # type: ignore[assignment]
         self.is_open = True
         return True
+
+    @property
+    def port(self) -> SteppedPort:
+        """What the servos are on."""
+        return self.line.port
+
+    def value(self, servo_id: int, register: str) -> int:
+        """What a servo's register really holds."""
+        (servo,) = (s for s in self.port.bus.servos if s.servo_id == servo_id)
+        return int(servo.memory.value(register))
+
+    def wait(self, seconds: float) -> None:
+        self.port.wait_until(self.port.clock.now() + seconds)
+
+
+def bench(*servos: str, **settings: Any) -> SteppedLineBus:
+    """A bus of servos as `firmware_sim.testing.stepped` makes them."""
+    return SteppedLineBus(stepped(*servos, **settings))
+
+
+def arm_bench(
+    folder: Path,
+    servos: Iterable[ServoDescription],
+    registers: Mapping[int, Mapping[str, int]] | None = None,
+    start: Mapping[int, int] | None = None,
+) -> SteppedLineBus:
+    """A bus of an arm's servos, each with its own joint, so that hands can move them one by one.
+
+    Parameters
+    ----------
+    folder : Path
+        For the rig file.
+    servos : iterable of ServoDescription
+    registers : mapping of int to mapping of str to int, optional
+        What registers of a servo hold, by the simulator's names.
+    start : mapping of int to int, optional
+        Tick at which a servo lies, instead of its `rest_tick`.
+    """
+    rows, baud = [], 1_000_000
+    for servo in servos:
+        baud = servo.baud
+        held = ", ".join(
+            f'"{name}" = {value}' for name, value in (registers or {}).get(servo.id, {}).items()
+        )
+        shadow = "" if servo.shadow_of is None else f"shadow_of = {servo.shadow_of}\n"
+        rows.append(
+            f'[[servo]]\nid = {servo.id}\nmodel = "{servo.model}"\njoint = "{servo.joint}"\n'
+            f"protocol = {servo.protocol}\nbaud = {servo.baud}\n"
+            f"return_delay_us = {servo.return_delay_us}\ndrive_mode = {servo.drive_mode}\n"
+            f"start_tick = {(start or {}).get(servo.id, servo.rest_tick)}\n{shadow}"
+            f"zero_tick = {servo.zero_tick}\ndirection = {servo.direction}\n"
+            f"registers = {{ {held} }}\n"
+        )
+    rig = folder / "bench.rig.toml"
+    rig.write_text("\n".join(rows))
+    return bench(rig=rig, baud=baud)
+
+
+def move(
+    bus: SteppedLineBus, look: Callable[[], object], ticks: Mapping[int, int], seconds: float = 1.0
+) -> None:
+    """Turn horns by hand while somebody looks, and hold them there."""
+    for fault in hands(ticks, speed=8.0):
+        bus.port.simulation.inject(f"{fault},for={seconds}")
+    end = bus.port.clock.now() + seconds
+    while bus.port.clock.now() < end:
+        look()
+        bus.wait(0.01)
