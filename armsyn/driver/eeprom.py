@@ -79,6 +79,7 @@ _AX_ROWS = (
 
 _MX1_ROWS = (
     *_AX_ROWS,
+    Register("Drive Mode", 10, 1),
     Register("Multi Turn Offset", 20, 2, "signed"),
     Register("Resolution Divider", 22, 1),
 )

@@ -16,7 +16,7 @@ from armsyn.driver.eeprom import (
 from armsyn.driver.eeprom_file import Backup, Reach, ServoBackup
 from armsyn.driver.models import find_number, model_name
 from armsyn.driver.scan import FoundServo
-from armsyn.driver.setup_plan import Change, changes_of
+from armsyn.driver.setup_plan import Change, changes_of, place_last
 from armsyn.driver.setup_write import check_vacant, destination
 from armsyn.driver.transactions import Bus
 from armsyn.errors import BusTimeoutError, FormatError, ServoMismatchError, ServoMissingError
@@ -120,8 +120,9 @@ def _plan(bus: Bus, backup: ServoBackup, path: Path) -> RestorePlan:
             f" Information reads {image.registers.get('Model Information')}, not {information})"
         )
     check_limp(bus, ((found.servo_id, image.model, f"servo {found.servo_id}"),))
-    plan = RestorePlan(backup, image, changes_of(image, _wanted(backup, image)))
-    check_vacant(bus, image, destination(image, plan.changes), plan.title)
+    changes = place_last(changes_of(image, _wanted(backup, image)))
+    plan = RestorePlan(backup, image, changes)
+    check_vacant(bus, image, destination(image, changes), plan.title)
     return plan
 
 

@@ -6,7 +6,11 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from armsyn.arm import ServoDescription
+from armsyn.arm import ArmDescription, ServoDescription
+from armsyn.driver.eeprom import EepromImage
+from armsyn.driver.setup import ServoPlan, find_lone_servo, plan_servo
+from armsyn.driver.setup_restore import RestorePlan
+from armsyn.driver.setup_write import write_changes
 from armsyn.driver.transactions import Bus
 from armsyn.errors import PortError
 from firmware_sim.faults.handling import hands
@@ -133,3 +137,24 @@ def move(
     while bus.port.clock.now() < end:
         look()
         bus.wait(0.01)
+
+
+def servo_of(arm: ArmDescription, servo_id: int) -> ServoDescription:
+    """A servo of an arm by its ID."""
+    return next(servo for servo in arm.servo if servo.id == servo_id)
+
+
+def planned(bus: SteppedLineBus, arm: ArmDescription, servo_id: int) -> ServoPlan:
+    """What is to be written to the only servo on a bus, that it becomes one of an arm's."""
+    servo = servo_of(arm, servo_id)
+    return plan_servo(bus, arm, servo, find_lone_servo(bus, servo))
+
+
+def carried_out(bus: SteppedLineBus, plan: ServoPlan) -> EepromImage:
+    """Write a plan."""
+    return write_changes(bus, plan.image, plan.changes, plan.title)
+
+
+def names(plan: ServoPlan | RestorePlan) -> list[str]:
+    """Registers that a plan writes, in its order."""
+    return [change.name for change in plan.changes]
