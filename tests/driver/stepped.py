@@ -6,7 +6,8 @@ the bytes on their way back (`SteppedArm.damage`), and the servos themselves.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 
 import msgspec
 import numpy as np
@@ -46,15 +47,17 @@ class SteppedSerial:
     def write(self, data: bytes) -> None:
         self._check()
         self.written.append(data)
-        self.arm.port.write(data)
+        with self._losing():
+            self.arm.port.write(data)
 
     def read(self, deadline: float) -> bytes:
         port = self.arm.port
         while True:
             self._check()
-            size = port.in_waiting()
-            data = port.read(size or 1, max(0.0, deadline - self.now()))
-            data = self.arm.damage(data + port.read(port.in_waiting(), 0.0))
+            with self._losing():
+                size = port.in_waiting()
+                data = port.read(size or 1, max(0.0, deadline - self.now()))
+                data = self.arm.damage(data + port.read(port.in_waiting(), 0.0))
             if data or self.now() >= deadline:
                 return data
 
@@ -77,6 +80,14 @@ class SteppedSerial:
     def _check(self) -> None:
         if self.lost:
             raise PortLostError("port stepped was lost")
+
+    @contextmanager
+    def _losing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:  # unplugged
+            self.close()
+            raise PortLostError(f"port stepped was lost while in use ({error})") from error
 
 
 class SteppedBus(Bus):
