@@ -53,8 +53,8 @@ HELD_BACK = 0.12
 STANDING = 0.05
 """rad/s below which a joint stands, so that what is off is no lag."""
 
-DEAD_BAND = 1.0
-"""Ticks that a joint may be off: an encoder shows no less."""
+DEAD_BAND = 1.1
+"""Ticks that a joint may be off: an encoder shows no less, and flickers by one."""
 
 _INTERVAL = 0.02
 """Seconds for which a gravity torque is good."""
@@ -132,7 +132,9 @@ class GoalLead:
     wanted : array, shape (n,)
         The posture that the goals stand for, rad.
     content : bool
-        Whether the correction has nothing left to do.
+        Whether the correction has nothing left to do, or can do nothing more.
+    there : bool
+        Whether every joint is where it should be.
     limited : array of bool, shape (n,)
         Joints whose goal would have had to leave its range.
     """
@@ -155,6 +157,7 @@ class GoalLead:
         # ... and what is missing to it under a limp one comes up softly
         self._fading = self.lead - self._feedforward - self._correction
         self.content = not settings.active
+        self.there = False
         self.limited = np.zeros(n, dtype=np.bool_)
         self._ticks = 0
         self._every = max(1, round(_INTERVAL / settings.period))
@@ -202,4 +205,5 @@ class GoalLead:
         self._correction[works] += change[works]
         np.clip(self._correction, -LARGEST_CORRECTION, LARGEST_CORRECTION, out=self._correction)
         spent = np.abs(self._correction) >= LARGEST_CORRECTION
+        self.there = not off.any()
         self.content = bool((~off | self.limited | spent | (size >= HELD_BACK)).all())

@@ -21,7 +21,7 @@ from armsyn.driver.gravity import GoalLead
 from armsyn.driver.joints import Health, JointState
 from armsyn.driver.log import Level, StreamLog
 from armsyn.driver.signals import StopRequests
-from armsyn.driver.watch import ArmWatch, WatchSettings
+from armsyn.driver.watch import SETTLED_SPEED, ArmWatch, WatchSettings
 from armsyn.errors import ArmFaultError
 from armsyn.safety import TickState, averaged_current, judge_tick
 
@@ -136,12 +136,6 @@ class Streamer:
         self._start = self._next = self._last_sent = self.clock.now()
         self.watch = ArmWatch(self.settings, self._start)
 
-    @property
-    def longest_settling(self) -> float:
-        """Seconds that the end of a course may take."""
-        corrects = self.lead is not None and self.lead.settings.active
-        return LONGEST_CORRECTION if corrects else LONGEST_SETTLING
-
     def note(self, text: str, level: Level = "info") -> None:
         """Keep an event in the log."""
         self.log.note(self.clock.now() - self._start, text, level)
@@ -200,18 +194,27 @@ class Streamer:
             if course.finished:
                 settling += self.settings.period
                 calm = calm + 1 if self._arrived() else 0
-                longest = LONGEST_SETTLING if course.stopping else self.longest_settling
+                longest = self._longest_settling(course)
                 if calm >= SETTLED_TICKS or settling >= longest:
                     self._note_end(settling, arrived=calm >= SETTLED_TICKS)
                     return Outcome.STOPPED if course.stopping else Outcome.ARRIVED
 
     def _arrived(self) -> bool:
         """Whether the arm stands where it should; corrects its goals until it does."""
-        if self.lead is not None and self._state is not None:
-            self.lead.correct(self.commanded, self._state)
-            if not self.lead.content:
-                return False
-        return self.watch.settled_ticks > 0
+        state = self._state
+        if self.lead is None or not self.lead.settings.active or state is None:
+            return self.watch.settled_ticks > 0
+        self.lead.correct(self.commanded, state)
+        slow = bool((np.abs(state.velocity) < SETTLED_SPEED).all() and state.fresh.all())
+        return self.lead.there and slow
+
+    def _longest_settling(self, course: Course) -> float:
+        """Seconds that the end of a course may take."""
+        lead = self.lead
+        if lead is None or not lead.settings.active or course.stopping:
+            return LONGEST_SETTLING
+        given_up = lead.content and not lead.there
+        return LONGEST_SETTLING if given_up else LONGEST_CORRECTION
 
     def _note_end(self, settling: float, *, arrived: bool) -> None:
         names = self.settings.limits.names
