@@ -70,6 +70,7 @@ class Health(NamedTuple):
 class StateBlock(NamedTuple):
     """Where a family's state lies, and how it is decoded."""
 
+    name: str
     address: int
     size: int
     decode: Callable[[bytes], RawState]
@@ -78,12 +79,14 @@ class StateBlock(NamedTuple):
 class HealthBlock(NamedTuple):
     """Where a part of a family's health lies, and how it is decoded.
 
-    `decode` takes the row of the servo, the reply, and whether the servo has a bus watchdog.
+    `decode` takes the row of the servo and the reply; `name` is the first register's.
     """
+
+    name: str
 
     address: int
     size: int
-    decode: Callable[[int, StatusPacket, bool], Health]
+    decode: Callable[[int, StatusPacket], Health]
 
 
 _X_STATE = struct.Struct("<hii")
@@ -119,33 +122,30 @@ def _xl320_state(data: bytes) -> RawState:
 
 STATE_BLOCKS: Mapping[Layout, StateBlock] = MappingProxyType(
     {
-        X: StateBlock(126, 10, _x_state),
-        XL320: StateBlock(37, 4, _xl320_state),
-        MX1: StateBlock(36, 8, _mx1_state),
-        AX: StateBlock(36, 8, _classic_state),
+        X: StateBlock("Present Current", 126, 10, _x_state),
+        XL320: StateBlock("Present Position", 37, 4, _xl320_state),
+        MX1: StateBlock("Present Position", 36, 8, _mx1_state),
+        AX: StateBlock("Present Position", 36, 8, _classic_state),
     }
 )
 """Current, velocity and position; with protocol 1.0 load, voltage and temperature, too."""
 
 
-def _x_health(row: int, reply: StatusPacket, watched: bool) -> Health:
-    data, start = reply.parameters, reg.HEALTH_ADDRESS
-    return Health(
-        row,
-        torque_enabled=bool(data[0]),
-        hardware_error=data[reg.HARDWARE_ERROR_STATUS.address - start],
-        bus_watchdog=reg.BUS_WATCHDOG.decode(data[reg.BUS_WATCHDOG.address - start :])
-        if watched
-        else None,
-    )
+def _x_health(row: int, reply: StatusPacket) -> Health:
+    data = reply.parameters
+    return Health(row, torque_enabled=bool(data[0]), hardware_error=data[-1])
 
 
-def _x_measures(row: int, reply: StatusPacket, _: bool) -> Health:
+def _x_watchdog(row: int, reply: StatusPacket) -> Health:
+    return Health(row, bus_watchdog=reg.BUS_WATCHDOG.decode(reply.parameters))
+
+
+def _x_measures(row: int, reply: StatusPacket) -> Health:
     voltage, temperature = _X_MEASURES.unpack(reply.parameters)
     return Health(row, voltage=voltage * reg.VOLTAGE_UNIT, temperature=float(temperature))
 
 
-def _classic_health(row: int, reply: StatusPacket, _: bool) -> Health:
+def _classic_health(row: int, reply: StatusPacket) -> Health:
     data = reply.parameters
     return Health(
         row,
@@ -156,7 +156,7 @@ def _classic_health(row: int, reply: StatusPacket, _: bool) -> Health:
     )
 
 
-def _xl320_health(row: int, reply: StatusPacket, _: bool) -> Health:
+def _xl320_health(row: int, reply: StatusPacket) -> Health:
     data = reply.parameters
     return Health(
         row,
@@ -167,15 +167,20 @@ def _xl320_health(row: int, reply: StatusPacket, _: bool) -> Health:
     )
 
 
+WATCHDOG_BLOCK = HealthBlock(
+    "Bus Watchdog", reg.BUS_WATCHDOG.address, reg.BUS_WATCHDOG.size, _x_watchdog
+)
+
 HEALTH_BLOCKS: Mapping[Layout, tuple[HealthBlock, ...]] = MappingProxyType(
     {
         X: (
-            HealthBlock(reg.HEALTH_ADDRESS, reg.HEALTH_SIZE, _x_health),
-            HealthBlock(reg.MEASURES_ADDRESS, reg.MEASURES_SIZE, _x_measures),
+            HealthBlock("Torque Enable", reg.HEALTH_ADDRESS, reg.HEALTH_SIZE, _x_health),
+            WATCHDOG_BLOCK,
+            HealthBlock("Present Input Voltage", 144, 3, _x_measures),
         ),
-        XL320: (HealthBlock(24, 27, _xl320_health),),
-        MX1: (HealthBlock(24, 20, _classic_health),),
-        AX: (HealthBlock(24, 20, _classic_health),),
+        XL320: (HealthBlock("Torque Enable", 24, 27, _xl320_health),),
+        MX1: (HealthBlock("Torque Enable", 24, 20, _classic_health),),
+        AX: (HealthBlock("Torque Enable", 24, 20, _classic_health),),
     }
 )
 """Torque and errors first."""

@@ -18,6 +18,7 @@ from armsyn.arm import ArmDescription, ServoDescription
 from armsyn.driver.blocks import (
     HEALTH_BLOCKS,
     STATE_BLOCKS,
+    WATCHDOG_BLOCK,
     Health,
     HealthBlock,
     StateBlock,
@@ -25,10 +26,11 @@ from armsyn.driver.blocks import (
     state_plans,
 )
 from armsyn.driver.parser import StatusPacket
-from armsyn.driver.plans import ReadPlan
+from armsyn.driver.plans import ReadPlan, exchange_duration
 from armsyn.driver.registers import Register
 from armsyn.driver.requests import codec
 from armsyn.driver.servos import ServoGroup
+from armsyn.driver.timing import Cycle
 from armsyn.driver.transactions import Bus
 
 __all__ = ["Health", "JointGroup", "JointState", "watched_servos"]
@@ -189,6 +191,7 @@ class JointGroup:
             polls = [
                 _Poll(row, block, health_plan(self.group, servo.id, block))
                 for block in HEALTH_BLOCKS[layout]
+                if self.group.having(block.name, (servo.id,))
             ]
             first.append(polls[0])
             later += polls[1:]
@@ -201,11 +204,11 @@ class JointGroup:
         assert shadow.shadow_of is not None  # noqa: S101 - a shadow
         leader = self._rows[shadow.shadow_of]
 
-        def decode(row: int, reply: StatusPacket, _: bool) -> Health:
+        def decode(row: int, reply: StatusPacket) -> Health:
             apart = state.decode(reply.parameters).position - int(self._raw[leader, 2])
             return Health(row, apart=apart if self._state.fresh[leader] else None)
 
-        return HealthBlock(state.address, state.size, decode)
+        return HealthBlock(state.name, state.address, state.size, decode)
 
     @property
     def polls(self) -> int:
@@ -304,11 +307,28 @@ class JointGroup:
         reply = self.bus.exchange(b"", (poll.plan,), self.margin).get(servo_id)
         if reply is None or len(reply.parameters) != poll.block.size:
             return None
-        watched = bool(self.group.having("Bus Watchdog", (servo_id,)))
-        health = poll.block.decode(poll.row, reply, watched)
+        health = poll.block.decode(poll.row, reply)
         if health.voltage == health.voltage:  # not NaN
             self._keep(poll.row, health.voltage, health.temperature)
+        if health.torque_enabled is False and self.group.having("Bus Watchdog", (servo_id,)):
+            # why: a servo that restarted has lost its watchdog, too
+            plan = health_plan(self.group, servo_id, WATCHDOG_BLOCK)
+            more = self._ask(_Poll(poll.row, WATCHDOG_BLOCK, plan))
+            return health if more is None else health._replace(bus_watchdog=more.bus_watchdog)
         return health
+
+    def cycle(self) -> Cycle:
+        """What a cycle takes on the wire, return delays as the bus knows them."""
+        before = len(self.goals_packet(self._state.position))
+        baud, delays = self.bus.baudrate, self.bus.return_delays
+        none = dict.fromkeys(self.group.ids, 0.0)
+        polls = (exchange_duration(0, (poll.plan,), baud, delays) for poll in self._polls)
+        return Cycle(
+            exchange=exchange_duration(before, self._plans, baud, delays),
+            health=max(polls),
+            reads=sum(len(plan.requests) for plan in self._plans),
+            without_delay=exchange_duration(before, self._plans, baud, none),
+        )
 
     def _keep(self, row: int, voltage: float, temperature: float) -> None:
         self.voltage[row], self.temperature[row] = voltage, temperature

@@ -320,13 +320,8 @@ STATE_SIZE = PRESENT_POSITION.address + PRESENT_POSITION.size - STATE_ADDRESS
 """Current, velocity and position lie side by side: one read of 10 bytes."""
 
 HEALTH_ADDRESS = TORQUE_ENABLE.address
-HEALTH_SIZE = BUS_WATCHDOG.address + BUS_WATCHDOG.size - HEALTH_ADDRESS
-"""From torque enable over hardware error status to bus watchdog: one read of 35 bytes, which takes
-no longer than three reads of what is in them."""
-
-MEASURES_ADDRESS = 144
-MEASURES_SIZE = 3
-"""Voltage and temperature: one read of 3 bytes."""
+HEALTH_SIZE = HARDWARE_ERROR_STATUS.address + HARDWARE_ERROR_STATUS.size - HEALTH_ADDRESS
+"""From torque enable to hardware error status: one read of 7 bytes."""
 
 
 def hardware_error_names(status: int) -> str:

@@ -25,7 +25,7 @@ could not be put back, the watchdog is off already.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Self
 
 import numpy as np
@@ -199,8 +199,6 @@ class ArmSession:
         check_facts(facts, arm)
         moving = [servo for servo in facts if servo.joint in arm.joint_names]
         check_watchdogs(moving, accepted=accept_no_watchdog)
-        delays = [servo.return_delay for servo in facts]
-        check_rate(rate_hz, bus.baudrate, delays, bus.latency)
         session = cls(
             bus,
             arm,
@@ -210,7 +208,13 @@ class ArmSession:
             firmware=group.firmware,
         )
         session.unwatched = tuple(servo.servo_id for servo in unwatched(moving))
+        session.check_rate([servo.return_delay for servo in facts])
         return session
+
+    def check_rate(self, return_delays: Sequence[float]) -> None:
+        """Refuse a rate that wire or adapter cannot carry; BusRateError."""
+        cycle, latency = self._joints.cycle(), self.bus.latency
+        check_rate(self.rate_hz, self.bus.baudrate, return_delays, latency, cycle)
 
     def __enter__(self) -> Self:
         return self

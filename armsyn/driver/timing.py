@@ -8,6 +8,7 @@ Each servo waits its Return Delay Time before it answers.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from armsyn.driver.registers import GOAL_POSITION, HEALTH_SIZE, STATE_SIZE, WATCHDOG_UNIT
 from armsyn.errors import BusRateError
@@ -36,6 +37,27 @@ HOST_SHARE = 0.1
 
 HOST_MINIMUM = 0.2e-3
 """Seconds of a period that are the host's at least."""
+
+
+class Cycle(NamedTuple):
+    """What a cycle of an arm takes, whatever its servos and protocols.
+
+    Attributes
+    ----------
+    exchange : float
+        Seconds on the wire of goals and states, return delays among them.
+    health : float
+        Seconds on the wire of the longest status check.
+    reads : int
+        Reads of states, each of which waits for the adapter.
+    without_delay : float
+        `exchange` with return delays of 0, s.
+    """
+
+    exchange: float
+    health: float
+    reads: int
+    without_delay: float
 
 
 def wire_time(byte_count: int, baud: int) -> float:
@@ -99,14 +121,29 @@ def host_share(rate_hz: float) -> float:
     return max(HOST_SHARE / rate_hz, HOST_MINIMUM)
 
 
+def plain_cycle(baud: int, return_delays: Sequence[float]) -> Cycle:
+    """Cycle of servos that are all read by one sync read; arguments as of `check_rate`."""
+    servos = len(return_delays)
+    return Cycle(
+        exchange=cycle_wire_time(servos, baud, return_delays),
+        health=health_wire_time(baud, return_delays),
+        reads=1,
+        without_delay=cycle_wire_time(servos, baud, [0.0] * servos),
+    )
+
+
 def check_rate(
-    rate_hz: float, baud: int, return_delays: Sequence[float], latency: float = 0.0
+    rate_hz: float,
+    baud: int,
+    return_delays: Sequence[float],
+    latency: float = 0.0,
+    cycle: Cycle | None = None,
 ) -> None:
     """Refuse a rate that the wire cannot carry, or at which the servos' watchdog would expire.
 
     A period must hold the cycle, the status check of one servo, the adapter's latency after each
-    of the two, and the host's share; and the watchdog must last for two periods, so that one
-    late command does not stop the arm.
+    read, and the host's share; and the watchdog must last for two periods, so that one late
+    command does not stop the arm.
 
     Parameters
     ----------
@@ -117,32 +154,37 @@ def check_rate(
         As read from the servos, s.
     latency : float
         For which the adapter may keep a reply to itself, s.
+    cycle : Cycle, optional
+        Of an arm whose servos are not all read by one sync read.
 
     Raises
     ------
     BusRateError
         It does not fit, or is no positive number; the message holds the arithmetic.
     """
-    servos = len(return_delays)
-    cycle = cycle_wire_time(servos, baud, return_delays)
+    taken = plain_cycle(baud, return_delays) if cycle is None else cycle
+    busy = taken.exchange
     if not 0 < rate_hz < float("inf"):
-        raise BusRateError(f"a rate of {rate_hz} Hz is not a positive number", rate_hz, cycle)
+        raise BusRateError(f"a rate of {rate_hz} Hz is not a positive number", rate_hz, busy)
     if rate_hz < SLOWEST_RATE * (1.0 - ROUNDING):
-        raise BusRateError(_too_slow(rate_hz), rate_hz, cycle)
-    health = health_wire_time(baud, return_delays)
-    host = host_share(rate_hz)
-    if rate_hz <= fitting_rate(baud, return_delays, latency):
+        raise BusRateError(_too_slow(rate_hz), rate_hz, busy)
+    if rate_hz <= rate_of(taken, latency):
         return
-    delay = sum(return_delays)
-    waiting = f", the adapter keeps both replies for up to {latency * 1e3:g} ms" if latency else ""
+    delay, reads = busy - taken.without_delay, _replies_in_words(taken)
+    waiting = f", the adapter keeps {reads} for up to {latency * 1e3:g} ms" if latency else ""
     raise BusRateError(
-        f"{rate_hz:g} Hz leaves {1e3 / rate_hz:.2f} ms, but one cycle of {servos} servos at"
-        f" {baud} baud takes {cycle * 1e3:.2f} ms ({(cycle - delay) * 1e3:.2f} ms of bytes,"
-        f" {delay * 1e3:.2f} ms of return delay), a status check {health * 1e3:.2f} ms{waiting}"
-        f" and the host {host * 1e3:.2f} ms: {_cure(rate_hz, baud, return_delays, latency)}",
+        f"{rate_hz:g} Hz leaves {1e3 / rate_hz:.2f} ms, but one cycle of {len(return_delays)}"
+        f" servos at {baud} baud takes {busy * 1e3:.2f} ms ({taken.without_delay * 1e3:.2f} ms of"
+        f" bytes, {delay * 1e3:.2f} ms of return delay), a status check {taken.health * 1e3:.2f} ms"
+        f"{waiting} and the host {host_share(rate_hz) * 1e3:.2f} ms:"
+        f" {_cure(rate_hz, taken, latency)}",
         rate_hz,
-        cycle,
+        busy,
     )
+
+
+def _replies_in_words(cycle: Cycle) -> str:
+    return "both replies" if cycle.reads == 1 else f"each of {cycle.reads + 1} replies"
 
 
 def _too_slow(rate_hz: float) -> str:
@@ -153,23 +195,26 @@ def _too_slow(rate_hz: float) -> str:
     )
 
 
-def _cure(rate_hz: float, baud: int, return_delays: Sequence[float], latency: float) -> str:
-    fitting = fitting_rate(baud, return_delays, latency)
+def _cure(rate_hz: float, cycle: Cycle, latency: float) -> str:
+    fitting = rate_of(cycle, latency)
     slower = f", or use {int(fitting)} Hz or less" if int(fitting) >= SLOWEST_RATE else ""
-    without_delay = [0.0] * len(return_delays)
     short = min(latency, SHORTEST_LATENCY)
-    if latency > short and fitting_rate(baud, return_delays, short) >= rate_hz:
+    if latency > short and rate_of(cycle, short) >= rate_hz:
         return (
             "set the adapter's latency timer to 1 ms (latency_timer in the port's folder under"
             f" /sys/bus/usb-serial/devices){slower}"
         )
-    if fitting_rate(baud, without_delay, latency) >= rate_hz:
+    if rate_of(cycle._replace(exchange=cycle.without_delay), latency) >= rate_hz:
         return f"set Return Delay Time (register 9) to 0{slower}"
     return f"raise the baud rate{slower}"
 
 
 def fitting_rate(baud: int, return_delays: Sequence[float], latency: float = 0.0) -> float:
     """Greatest rate that the wire can carry, Hz; arguments as of `check_rate`."""
-    busy = cycle_wire_time(len(return_delays), baud, return_delays)
-    busy += health_wire_time(baud, return_delays) + 2.0 * latency
+    return rate_of(plain_cycle(baud, return_delays), latency)
+
+
+def rate_of(cycle: Cycle, latency: float = 0.0) -> float:
+    """Greatest rate of a cycle behind an adapter that keeps replies for `latency` s, Hz."""
+    busy = cycle.exchange + cycle.health + (cycle.reads + 1) * latency
     return (1.0 + ROUNDING) * min((1.0 - HOST_SHARE) / busy, 1.0 / (busy + HOST_MINIMUM))

@@ -66,7 +66,7 @@ def test_one_read_holds_the_state_and_one_the_health() -> None:
     ends = [row.address + row.size for row in state]
     assert [row.address for row in state] == [reg.STATE_ADDRESS, *ends[:-1]]
     assert ends[-1] == reg.STATE_ADDRESS + reg.STATE_SIZE
-    assert reg.HEALTH_ADDRESS + reg.HEALTH_SIZE == 99
+    assert reg.HEALTH_ADDRESS + reg.HEALTH_SIZE == 71
 
 
 @pytest.mark.parametrize(

@@ -126,11 +126,16 @@ def test_status_return_level_1_is_enough(stepped: SteppedArm) -> None:
 
 
 def test_the_factory_return_delay_is_refused(human7: ArmDescription) -> None:
-    stepped = SteppedArm(human7, return_delay=250)
+    old = {servo.id: 42 for servo in human7.servo}  # too old to answer with one packet together
+    stepped = SteppedArm(human7, return_delay=250, firmware=old)
     with pytest.raises(BusRateError, match=r"3\.50 ms of return delay"):
         stepped.session()
     assert stepped.torque() == [0] * 7
     stepped.session(rate=100.0)
+
+
+def test_fast_reads_wait_for_one_return_delay_only(human7: ArmDescription) -> None:
+    SteppedArm(human7, return_delay=250).session(rate=200.0)
 
 
 def test_a_slow_adapter_is_refused(stepped: SteppedArm) -> None:
