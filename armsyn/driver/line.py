@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from armsyn.driver.collecting import BusCounters, Collector, Echo, FastCollector, StatusCollector
 from armsyn.driver.parser import ParserCounters, StatusPacket, StatusParser
 from armsyn.driver.parser1 import StatusParser1
@@ -45,7 +47,12 @@ class Line:
         self._silent_since = None
 
     def exchange(
-        self, port: SerialPort, request: Request, before: bytes, duration: float, margin: float
+        self,
+        port: SerialPort,
+        request: Request,
+        before: bytes,
+        duration: Callable[[], float],
+        margin: float,
     ) -> dict[int, StatusPacket]:
         """Send a request and gather its replies.
 
@@ -55,8 +62,8 @@ class Line:
         request : Request
         before : bytes
             Packets that nobody answers, sent in the same breath.
-        duration : float
-            Of all that on the wire, s.
+        duration : callable
+            Seconds of all that on the wire; worked out while the bytes are on their way.
         margin : float
             Seconds that replies may be later.
 
@@ -74,7 +81,7 @@ class Line:
         sent = before + request.data
         port.write(sent)
         self.counters.transactions += 1
-        expected = port.now() + duration
+        expected = port.now() + duration()
         replies, data = self._expect(port, request, sent, expected)
         if replies is None:
             return self._collect(port, request, sent, data, expected + margin)

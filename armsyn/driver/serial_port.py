@@ -25,11 +25,17 @@ WRITE_MARGIN = 0.5
 """Seconds beyond their time on the wire after which bytes must have been taken: a port that hangs
 must not hang the program, which would then not even end on Ctrl-C."""
 
-LOOK_BEFORE = 250e-6
-"""Seconds before replies are due at which sleeping ends: what a sleep takes too long."""
+LOOK_BEFORE = 100e-6
+"""Seconds before the last reply is due at which the others are looked at."""
 
-LOOK_AFTER = 100e-6
-"""Seconds for which late replies are looked for without sleeping."""
+LOOK_AFTER = 300e-6
+"""Seconds after which replies that are not as expected are no longer waited for together."""
+
+_LONGEST_OVERSLEEP = 300e-6
+"""Seconds by which a sleep is ever expected to end late; what is more was another program's."""
+
+_LEARNING = 0.05
+"""Share of the newest sleep in how late sleeps are expected to end."""
 
 _REFUSALS = (errno.EINVAL, errno.ENOTTY, errno.EOPNOTSUPP)
 """Error numbers that say no instead of goodbye."""
@@ -58,6 +64,7 @@ class SerialPort:
 
     def __init__(self, path: str, baud: int) -> None:
         self.path = path
+        self._oversleep = 100e-6
         self._lock: PortLock | None = None
         try:
             with _explained(path):
@@ -147,8 +154,9 @@ class SerialPort:
     ) -> bytes:
         """Bytes that should all have arrived at a moment that is known.
 
-        Sleeps until shortly before it and then looks without sleeping, for the last sleep would
-        take too long; gives up shortly after it.
+        Sleeps until shortly before it, instead of waking up for each chunk, and then waits for
+        what is left. It does not spin: that takes processor time, and keeps the system from
+        passing the bytes on where processors are few.
 
         Parameters
         ----------
@@ -170,16 +178,23 @@ class SerialPort:
             The port went away.
         """
         data = self.read_now()
-        nap = expected - LOOK_BEFORE - time.monotonic()
-        if nap > 0.0 and len(data) < count:
-            time.sleep(nap)
+        if len(data) < count:
+            self._sleep_until(expected - LOOK_BEFORE)
         until = expected + LOOK_AFTER
-        while len(data) < count and time.monotonic() < until:
-            if more := self.read_now():
-                data += more
-                if look is not None and len(data) < count:
-                    look(data)
+        while len(data) < count and self.wait(until):
+            data += self.read_now()
+            if look is not None and len(data) < count:
+                look(data)
         return data
+
+    def _sleep_until(self, moment: float) -> None:
+        """Sleep, less by what sleeps of late took too long."""
+        nap = moment - self._oversleep - time.monotonic()
+        if nap <= 0.0:
+            return
+        time.sleep(nap)
+        late = time.monotonic() - moment + self._oversleep
+        self._oversleep += _LEARNING * (min(late, _LONGEST_OVERSLEEP) - self._oversleep)
 
     def read(self, deadline: float) -> bytes:
         """Bytes that have arrived, waiting for the first of them until `deadline`.

@@ -8,6 +8,7 @@ to fall silent before the next request, so that a late reply answers nothing.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from threading import RLock
 
 from armsyn.driver.budget import ErrorBudget
@@ -71,6 +72,7 @@ class Bus(BusPort):
         self._line = Line()
         self._lock = RLock()
         super().__init__(path, baud, margin)
+        self._line.latency = self.latency
 
     @property
     def counters(self) -> BusCounters:
@@ -96,6 +98,7 @@ class Bus(BusPort):
             self.close()
             self._line.reset()
             self.openPort()
+            self._line.latency = self.latency
 
     def ping(
         self, servo_id: int, attempts: int = 3, protocol: int | None = None
@@ -343,8 +346,7 @@ class Bus(BusPort):
         self, request: Request, before: bytes = b"", margin: float | None = None
     ) -> dict[int, StatusPacket]:
         """Carry out one request, after packets that nobody answers."""
-        duration = request.duration(len(before), self.baudrate, self.return_delays)
+        duration = partial(request.duration, len(before), self.baudrate, self.return_delays)
         allowed = self.margin if margin is None else margin
         with self._lock:
-            self._line.latency = self.latency
             return self._line.exchange(self.serial_port, request, before, duration, allowed)

@@ -52,7 +52,7 @@ def armsyn(
     """Offer the driver's cycle; `absent` servos of all are not there."""
     bus = Bus(port, baud)
     try:
-        yield bus_cycle(bus, kind, ids, len(ids) - absent, 2e-3 if absent else 0.2)
+        yield bus_cycle(bus, kind, ids, len(ids) - absent, 1.5e-3 if absent else 0.2)
     finally:
         bus.close()
 
