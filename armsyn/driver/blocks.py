@@ -20,25 +20,6 @@ from armsyn.driver.servos import ServoGroup
 NAN = float("nan")
 
 
-class RawState(NamedTuple):
-    """State of one servo in its registers' units.
-
-    Attributes
-    ----------
-    current : int
-        0 for servos that have no current sensor.
-    velocity, position : int
-    voltage, temperature : float
-        V and degrees Celsius; NaN where another read tells.
-    """
-
-    current: int
-    velocity: int
-    position: int
-    voltage: float = NAN
-    temperature: float = NAN
-
-
 class Health(NamedTuple):
     """What a slow check of one servo found; None and NaN for what it did not ask about.
 
@@ -68,12 +49,16 @@ class Health(NamedTuple):
 
 
 class StateBlock(NamedTuple):
-    """Where a family's state lies, and how it is decoded."""
+    """Where a family's state lies, and how it is decoded.
+
+    `decode` gives current (0 where it is not measured), velocity and position in the registers'
+    units; then, if they are there, voltage and temperature in V and degrees Celsius.
+    """
 
     name: str
     address: int
     size: int
-    decode: Callable[[bytes], RawState]
+    decode: Callable[[bytes], tuple[float, ...]]
 
 
 class HealthBlock(NamedTuple):
@@ -96,33 +81,29 @@ _XL320_STATE = struct.Struct("<HH")
 _X_MEASURES = struct.Struct("<HB")
 
 
-def _x_state(data: bytes) -> RawState:
-    return RawState(*_X_STATE.unpack(data))
-
-
-def _classic_state(data: bytes) -> RawState:
+def _classic_state(data: bytes) -> tuple[float, ...]:
     position, speed, _, voltage, temperature = _CLASSIC_STATE.unpack(data)
     return _of_classic(position, speed, voltage, temperature)
 
 
-def _mx1_state(data: bytes) -> RawState:
+def _mx1_state(data: bytes) -> tuple[float, ...]:
     position, speed, _, voltage, temperature = _MX1_STATE.unpack(data)
     return _of_classic(position, speed, voltage, temperature)
 
 
-def _of_classic(position: int, speed: int, voltage: int, temperature: int) -> RawState:
+def _of_classic(position: int, speed: int, voltage: int, temperature: int) -> tuple[float, ...]:
     volts = voltage * reg.VOLTAGE_UNIT
-    return RawState(0, reg.directed(speed), position, volts, float(temperature))
+    return 0, reg.directed(speed), position, volts, float(temperature)
 
 
-def _xl320_state(data: bytes) -> RawState:
+def _xl320_state(data: bytes) -> tuple[float, ...]:
     position, speed = _XL320_STATE.unpack(data)
-    return RawState(0, reg.directed(speed), position)
+    return 0, reg.directed(speed), position
 
 
 STATE_BLOCKS: Mapping[Layout, StateBlock] = MappingProxyType(
     {
-        X: StateBlock("Present Current", 126, 10, _x_state),
+        X: StateBlock("Present Current", 126, 10, _X_STATE.unpack),
         XL320: StateBlock("Present Position", 37, 4, _xl320_state),
         MX1: StateBlock("Present Position", 36, 8, _mx1_state),
         AX: StateBlock("Present Position", 36, 8, _classic_state),

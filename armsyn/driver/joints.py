@@ -152,12 +152,15 @@ class JointGroup:
         self.names = arm.joint_names
         models = [self.group.models[i] for i in self.ids]
         direction = self.calibration.direction.astype(np.float64)
+        self._zero = self.calibration.zero_tick.astype(np.float64)
+        self._position_unit = direction * self.calibration.radians_per_tick
         self._velocity_unit = direction * np.array([model.velocity_unit for model in models])
         units = [np.nan if model.current_unit is None else model.current_unit for model in models]
         self._current_unit = direction * np.array(units)
         self._rows = {identifier: row for row, identifier in enumerate(self.group.ids)}
         self._pairs = _pairs_of(arm)
-        self._blocks = [STATE_BLOCKS[model.layout] for model in models]
+        blocks = [STATE_BLOCKS[model.layout] for model in models]
+        self._decoding = [(i, b.size, b.decode) for i, b in zip(self.ids, blocks, strict=True)]
         self._present = self._leaders.only(s for s in arm.leaders if s.id not in missing)
         self._plans = state_plans(self._present)
         self._losses = 0.0
@@ -170,7 +173,8 @@ class JointGroup:
         n, servos = len(self.ids), len(self.group.ids)
         self.temperature = np.full(servos, np.nan)
         self.voltage = np.full(servos, np.nan)
-        self._raw = np.zeros((n, 3), dtype=np.int64)
+        self._last: list[tuple[float, ...]] = [(0, 0, 0)] * n
+        self._raw = np.zeros((n, 3))
         self._state = JointState(
             position=np.zeros(n),
             velocity=np.zeros(n),
@@ -205,7 +209,7 @@ class JointGroup:
         leader = self._rows[shadow.shadow_of]
 
         def decode(row: int, reply: StatusPacket) -> Health:
-            apart = state.decode(reply.parameters).position - int(self._raw[leader, 2])
+            apart = int(state.decode(reply.parameters)[2] - self._raw[leader, 2])
             return Health(row, apart=apart if self._state.fresh[leader] else None)
 
         return HealthBlock(state.name, state.address, state.size, decode)
@@ -222,8 +226,8 @@ class JointGroup:
 
     def start_at(self, ticks: list[int]) -> None:
         """Take `ticks` as the last known positions until the servos answer."""
-        self._raw[:] = 0
-        self._raw[:, 2] = ticks
+        self._last = [(0, 0, tick) for tick in ticks]
+        self._raw[:] = self._last
         self._convert()
 
     def goals_packet(self, command: FloatArray) -> bytes:
@@ -263,19 +267,23 @@ class JointGroup:
         return self._take(self.bus.exchange(b"", self._plans, self.margin))
 
     def _take(self, replies: dict[int, StatusPacket]) -> JointState:
-        state, raw = self._state, self._raw
-        for row, identifier in enumerate(self.ids):
-            reply, block = replies.get(identifier), self._blocks[row]
-            fresh = reply is not None and len(reply.parameters) == block.size
-            state.fresh[row] = fresh
-            state.alert[row] = reply is not None and reply.alert
-            if reply is not None and fresh:
-                decoded = block.decode(reply.parameters)
-                raw[row] = decoded[:3]
-                if decoded.voltage == decoded.voltage:  # not NaN
-                    self._keep(row, decoded.voltage, decoded.temperature)
+        state, last, alert = self._state, self._last, [False] * len(self.ids)
+        fresh = alert.copy()
+        for row, (identifier, size, decode) in enumerate(self._decoding):
+            reply = replies.get(identifier)
+            if reply is None:
+                continue
+            alert[row] = reply.alert
+            if len(reply.parameters) == size:
+                fresh[row] = True
+                decoded = decode(reply.parameters)
+                last[row] = decoded[:3]
+                if len(decoded) > 3:  # voltage and temperature, too
+                    self._keep(row, *decoded[3:])
+        self._raw[:] = last
+        state.fresh[:], state.alert[:] = fresh, alert
         self._convert()
-        self._count_losses(complete=int(state.fresh.sum()) == len(self._present.ids))
+        self._count_losses(complete=sum(fresh) == len(self._present.ids))
         return state
 
     def _count_losses(self, *, complete: bool) -> None:
@@ -286,9 +294,9 @@ class JointGroup:
 
     def _convert(self) -> None:
         state, raw = self._state, self._raw
-        state.position[:] = self.calibration.to_radians(raw[:, 2])
-        state.velocity[:] = self._velocity_unit * raw[:, 1]
-        state.current[:] = self._current_unit * raw[:, 0]
+        np.multiply(raw[:, 2] - self._zero, self._position_unit, out=state.position)
+        np.multiply(raw[:, 1], self._velocity_unit, out=state.velocity)
+        np.multiply(raw[:, 0], self._current_unit, out=state.current)
 
     def read_health(self, row: int) -> Health | None:
         """Torque and hardware error of one servo; None when it did not answer."""
