@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import signal
 import threading
+import time
 from collections.abc import Callable
 from types import FrameType
 from typing import Any, Self
 
+from armsyn.errors import ArmFaultError
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+STUCK_AFTER = 0.3
+"""Seconds without a tick after which a stream is stuck in somebody's code: by then the servos' own
+watchdog has stopped them."""
 
 _Handler = Callable[[int, FrameType | None], Any] | int | None
 
@@ -20,6 +27,9 @@ class StopRequests:
     delivers them nowhere else) and given back on leaving; a program that streams from another
     thread calls `request`, at any time.
 
+    A stream that is stuck, because a function that it called does not return, heeds no requests.
+    The second signal then breaks into that function with an ArmFaultError.
+
     Attributes
     ----------
     count : int
@@ -28,6 +38,7 @@ class StopRequests:
 
     def __init__(self) -> None:
         self.count = 0
+        self._last_beat: float | None = None
         self._previous: dict[signal.Signals, _Handler] = {}
 
     def request(self) -> None:
@@ -38,6 +49,10 @@ class StopRequests:
         """Forget the requests: what they asked for was done."""
         self.count = 0
 
+    def beat(self) -> None:
+        """Say that the stream goes on."""
+        self._last_beat = time.monotonic()
+
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
             for number in SIGNALS:
@@ -45,6 +60,7 @@ class StopRequests:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._last_beat = None
         while self._previous:
             number, handler = self._previous.popitem()
             # None: the handler was not set by Python; its default is the best that is known
@@ -52,3 +68,11 @@ class StopRequests:
 
     def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
         self.request()
+        if self._last_beat is None or self.count < 2:
+            return
+        silence = time.monotonic() - self._last_beat
+        if silence > STUCK_AFTER:
+            raise ArmFaultError(
+                f"asked to stop while the program had not come back to the stream for"
+                f" {silence:.1f} s: a function called at each tick is stuck"
+            )

@@ -185,6 +185,7 @@ class Streamer:
         settling, calm = 0.0, 0
         while True:
             stall = self._wait_for_tick()
+            self.stops.beat()
             if self.stops.count > 1:
                 return Outcome.ABORTED
             self._pace(course, stall, stop=may_stop and self.stops.count == 1)

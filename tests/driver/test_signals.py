@@ -4,6 +4,7 @@ import gc
 import os
 import signal
 import threading
+import time
 from types import ModuleType
 
 import pytest
@@ -11,8 +12,8 @@ import pytest
 from armsyn.driver import Ending, power, run, session
 from armsyn.driver.collector import collector_frozen
 from armsyn.driver.path import straight_way
-from armsyn.driver.signals import SIGNALS, StopRequests
-from armsyn.errors import StopRequestedError
+from armsyn.driver.signals import SIGNALS, STUCK_AFTER, StopRequests
+from armsyn.errors import ArmFaultError, StopRequestedError
 from tests.driver.stepped import SteppedArm
 
 
@@ -127,3 +128,28 @@ def test_a_collector_that_was_off_stays_off() -> None:
         assert not gc.isenabled()
     finally:
         gc.enable()
+
+
+def test_a_second_signal_breaks_into_a_function_that_is_stuck(stepped: SteppedArm) -> None:
+    """Which neither decelerates nor comes back by itself; the arm is held."""
+    signals = iter((signal.SIGINT, signal.SIGINT))
+
+    def on_tick(path_time: float, _: float) -> None:
+        while path_time > 0.2:
+            time.sleep(1.5 * STUCK_AFTER)
+            os.kill(os.getpid(), next(signals))
+
+    opened = stepped.session()
+    with pytest.raises(ArmFaultError, match="a function called at each tick is stuck") as caught:
+        opened.run(stepped.way(0.3), on_tick=on_tick)
+    assert "holding, watchdog armed" in str(caught.value)
+    assert opened.recording is not None
+    assert opened.recording.ending is Ending.FAULT
+
+
+def test_two_signals_break_into_nothing_while_the_stream_goes_on() -> None:
+    with StopRequests() as stops:
+        stops.beat()
+        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)
+        assert stops.count == 2
