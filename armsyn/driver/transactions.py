@@ -259,18 +259,6 @@ class Bus(BusPort):
                 self.serial_port.write(before)
         return replies
 
-    def sync_read(
-        self,
-        address: int,
-        size: int,
-        servo_ids: tuple[int, ...],
-        *,
-        before: bytes = b"",
-        margin: float | None = None,
-    ) -> dict[int, StatusPacket]:
-        """Read the same bytes of several servos of protocol 2.0; see `exchange`."""
-        return self.exchange(before, (ReadPlan("sync", 2, address, size, servo_ids),), margin)
-
     def read_all(
         self, register: Register, servo_ids: tuple[int, ...], attempts: int = 3
     ) -> dict[int, int]:

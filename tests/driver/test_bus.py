@@ -9,6 +9,7 @@ from dynamixel_sdk import COMM_SUCCESS, GroupSyncRead, PacketHandler
 from armsyn.arm.calibration import RADIANS_PER_TICK
 from armsyn.driver import protocol
 from armsyn.driver import registers as reg
+from armsyn.driver.plans import ReadPlan
 from armsyn.driver.transactions import Bus
 from armsyn.errors import BusTimeoutError, PortLostError, ServoStatusError
 from firmware_sim.testing import SimulatorProcess, running
@@ -16,6 +17,7 @@ from tests.driver.scripted import ScriptedPort, status
 
 MARGIN = 0.05
 POSITION = (1234).to_bytes(4, "little")
+POSITIONS = (ReadPlan("sync", 2, 132, 4, (1,)),)
 
 
 def open_bus(port: str, margin: float = MARGIN) -> Bus:
@@ -101,7 +103,7 @@ def test_an_alert_keeps_the_data_and_the_bit() -> None:
     with ScriptedPort(lambda _: status(1, POSITION, error=0x80)) as scripted:
         bus = open_bus(scripted.path)
         assert bus.read(1, reg.PRESENT_POSITION) == 1234
-        assert bus.sync_read(132, 4, (1,))[1].alert
+        assert bus.exchange(b"", POSITIONS)[1].alert
         bus.close()
 
 
@@ -122,7 +124,7 @@ def test_echo_noise_and_strangers_are_passed_over() -> None:
 def test_a_reply_of_the_wrong_size_is_no_reply() -> None:
     with ScriptedPort(lambda _: status(1, b"\x01\x02")) as scripted:
         bus = open_bus(scripted.path, margin=0.01)
-        assert bus.sync_read(132, 4, (1,)) == {}
+        assert bus.exchange(b"", POSITIONS) == {}
         assert bus.counters.timeouts == 1
         bus.close()
 
@@ -142,8 +144,8 @@ def test_a_late_reply_does_not_answer_the_next_request() -> None:
 
     with ScriptedPort(script) as scripted:
         bus = open_bus(scripted.path, margin=0.01)
-        assert bus.sync_read(132, 4, (1,)) == {}
-        assert bus.sync_read(132, 4, (1,))[1].parameters == (7).to_bytes(4, "little")
+        assert bus.exchange(b"", POSITIONS) == {}
+        assert bus.exchange(b"", POSITIONS)[1].parameters == (7).to_bytes(4, "little")
         bus.close()
 
 
@@ -154,7 +156,7 @@ def test_stale_bytes_are_drained_before_the_next_request() -> None:
 
     with ScriptedPort(script) as scripted:
         bus = open_bus(scripted.path, margin=0.005)
-        assert bus.sync_read(132, 4, (1,)) == {}
+        assert bus.exchange(b"", POSITIONS) == {}
         assert bus.read(1, reg.PRESENT_POSITION) == 5
         bus.close()
 
