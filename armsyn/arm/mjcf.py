@@ -1,4 +1,4 @@
-"""An arm as MJCF, MuJoCo's XML: bodies, joints and masses, without meshes or contacts.
+"""An arm as MJCF, MuJoCo's XML: bodies, joints, masses and shapes, without meshes.
 
 The elements and attributes are those of MuJoCo's "XML Reference". What belongs to the servos (the
 rotors' inertia, damping, friction) is left to whoever simulates them.
@@ -16,6 +16,7 @@ from armsyn.arm.description import ArmDescription
 from armsyn.arm.gravity import links_of
 from armsyn.arm.joints import JointDescription, TipDescription
 from armsyn.arm.link import LinkDescription, stand_in_inertia
+from armsyn.arm.mjcf_shapes import add_shapes, text_of
 from armsyn.errors import InputError
 
 _JOINT_TYPES = {"revolute": "hinge", "prismatic": "slide"}
@@ -35,7 +36,8 @@ def build_mjcf(arm: ArmDescription) -> str:
     -------
     str
         One body a joint, both with the joint's name; the body's frame is the joint's, as in
-        `SerialChain`. Joints end at the description's limits. The tip is the body ``tip``.
+        `SerialChain`. Joints end at the description's limits. The tip is the body ``tip``. Shapes
+        touch where `armsyn.arm.solids` judges them.
 
     Raises
     ------
@@ -45,7 +47,7 @@ def build_mjcf(arm: ArmDescription) -> str:
     links = _links(arm)
     root = ET.Element("mujoco", model=arm.name)
     ET.SubElement(root, "compiler", angle="radian", eulerseq="XYZ")
-    ET.SubElement(root, "option", gravity=_text(arm.gravity))
+    ET.SubElement(root, "option", gravity=text_of(arm.gravity))
     parent = ET.SubElement(root, "worldbody")
     extents = [joint.xyz for joint in arm.joint[1:]] + [arm.tip.xyz]
     for joint, link, extent in zip(arm.joint, links, extents, strict=True):
@@ -55,6 +57,7 @@ def build_mjcf(arm: ArmDescription) -> str:
             inertia = link.inertia.matrix
         _inertial(parent, link.mass, link.centre_of_mass, inertia)
     _tip(parent, arm.tip)
+    add_shapes(arm, root)
     ET.indent(root)
     # So that the text also fits between three quotation marks of a TOML file
     return ET.tostring(root, encoding="unicode").replace("'", "&#39;") + "\n"
@@ -69,22 +72,22 @@ def _links(arm: ArmDescription) -> list[LinkDescription]:
 
 def _body(parent: ET.Element, joint: JointDescription) -> ET.Element:
     body = ET.SubElement(
-        parent, "body", name=joint.name, pos=_text(joint.xyz), euler=_text(joint.rpy)
+        parent, "body", name=joint.name, pos=text_of(joint.xyz), euler=text_of(joint.rpy)
     )
     ET.SubElement(
         body,
         "joint",
         name=joint.name,
         type=_JOINT_TYPES[joint.kind],
-        axis=_text(joint.axis),
+        axis=text_of(joint.axis),
         limited="true",
-        range=_text((joint.lower, joint.upper)),
+        range=text_of((joint.lower, joint.upper)),
     )
     return body
 
 
 def _tip(parent: ET.Element, tip: TipDescription) -> None:
-    body = ET.SubElement(parent, "body", name="tip", pos=_text(tip.xyz), euler=_text(tip.rpy))
+    body = ET.SubElement(parent, "body", name="tip", pos=text_of(tip.xyz), euler=text_of(tip.rpy))
     if tip.mass > 0.0:
         ball = 0.4 * tip.mass * _POINT_RADIUS**2 * np.eye(3)
         _inertial(body, tip.mass, (0.0, 0.0, 0.0), ball)
@@ -97,11 +100,7 @@ def _inertial(
     ET.SubElement(
         body,
         "inertial",
-        pos=_text(centre),
+        pos=text_of(centre),
         mass=f"{mass:.12g}",
-        fullinertia=_text(inertia[place] for place in order),
+        fullinertia=text_of(inertia[place] for place in order),
     )
-
-
-def _text(numbers: Iterable[float]) -> str:
-    return " ".join(f"{number:.12g}" for number in numbers)

@@ -3,10 +3,10 @@
 A TOML file with
 
 - one ``[[servo]]`` table a servo: ``id``, ``model``, ``joint``, ``direction``, ``zero_tick``,
-  ``start_tick`` (the rest posture), ``baud``, ``return_delay_us``, ``drive_mode`` and
-  ``supply_voltage``;
+  ``start_tick`` (the rest posture), ``baud``, ``return_delay_us``, ``drive_mode``, ``protocol``,
+  ``supply_voltage``, and ``shadow_of`` for a second motor on a joint;
 - ``[supply]``: ``resistance`` of the supply and its cables, ohm;
-- ``[plant]``: ``mjcf``, the arm's bodies (`armsyn.arm.mjcf`), for ``--plant mujoco``.
+- ``[plant]``: ``mjcf``, the arm's bodies and shapes (`armsyn.arm.mjcf`), for ``--plant mujoco``.
 """
 
 from __future__ import annotations

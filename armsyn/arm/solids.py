@@ -86,6 +86,15 @@ class Solids:
         distance.clearances(self._chain, self._shapes, path, found)
         return found
 
+    @property
+    def pairs(self) -> IntArray:
+        """What each of `names` is of, shape (k, 3): its kind and two rows.
+
+        The first row is a capsule's, the other, by the kind, a capsule's, plane's or box's.
+        Capsules are the base's and then the links', in their order.
+        """
+        return self._shapes.pairs
+
     def _take(self, pairs: IntArray, shapes: distance.ShapeArrays) -> None:
         self._shapes = shapes
         self.names = tuple(self._named(*row) for row in pairs.tolist())

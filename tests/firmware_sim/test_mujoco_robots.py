@@ -60,7 +60,7 @@ def gravity_torques(arm: ArmDescription, angles: np.ndarray) -> np.ndarray:
 POSTURES = {
     "human7": [1.5, 0.1, 0.0, 0.3, 0.0, 0.0, 0.0],
     "koch": [0.0, 0.0, 0.0, 0.0, 0.0],
-    "openmanipulator_x": [0.0, 0.6, 0.0, 0.0],
+    "openmanipulator_x": [0.0, 0.6, -0.6, 0.0],
 }
 
 
