@@ -1,0 +1,393 @@
+"""Calibrating a limp arm that a (simulated) hand moves: zero, direction, range, pairs."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from armsyn.arm import ArmDescription, load_arm
+from armsyn.arm.calibration_file import ArmCalibration, angle_of, with_calibration
+from armsyn.driver.calibrating import LEAST_MOVE, ArmCalibrator
+from armsyn.driver.calibrating_check import check_calibration
+from armsyn.driver.calibrating_pairs import ALIGNED_TICKS, align, misalignments
+from armsyn.driver.calibrating_words import positive_direction
+from armsyn.errors import ArmFaultError, ServoMismatchError, TorqueOnError
+from tests.driver.set_up_bench import SteppedLineBus, arm_bench, move
+
+
+@pytest.fixture(scope="module")
+def omx() -> ArmDescription:
+    return load_arm("openmanipulator_x", calibrated=False)
+
+
+@pytest.fixture(scope="module")
+def widowx() -> ArmDescription:
+    return load_arm("widowx_250s", calibrated=False)
+
+
+def remounted(arm: ArmDescription, **servos: dict[str, int]) -> ArmDescription:
+    """The same arm with horns screwed on otherwise: ``s12={"zero_tick": 2100}``."""
+    rest = {joint.name: joint.rest for joint in arm.joint}
+    if arm.gripper is not None:
+        rest[arm.gripper.name] = arm.gripper.rest_angle
+    changed = []
+    for servo in arm.servo:
+        fields: dict[str, Any] = servos.get(f"s{servo.id}", {})
+        found = msgspec.structs.replace(servo, **fields)
+        lies = found.zero_tick + found.direction * rest[servo.joint] / (math.tau / 4096)
+        changed.append(msgspec.structs.replace(found, rest_tick=round(lies)))
+    return msgspec.structs.replace(arm, servo=tuple(changed))
+
+
+def calibrator_of(
+    folder: Path, real: ArmDescription, described: ArmDescription, **settings: Any
+) -> tuple[SteppedLineBus, ArmCalibrator]:
+    bus = arm_bench(folder, real.servo, **settings)
+    return bus, ArmCalibrator(bus, described)
+
+
+def by_rest(calibrator: ArmCalibrator) -> ArmCalibration:
+    assert calibrator.mark_rest()
+    return calibrator.result("rest", None)
+
+
+def test_zero_comes_from_the_rest_posture(tmp_path: Path, omx: ArmDescription) -> None:
+    real = remounted(omx, s11={"zero_tick": 2200}, s13={"zero_tick": 1900})
+    _, calibrator = calibrator_of(tmp_path, real, omx)
+    calibration = by_rest(calibrator)
+    assert [s.zero_tick for s in calibration.servo] == [s.zero_tick for s in real.servo]
+    found = with_calibration(omx, calibration)
+    assert [s.rest_tick for s in found.servo] == [s.rest_tick for s in real.servo]
+    assert all(servo.range_ticks is None for servo in calibration.servo)
+
+
+def test_servo_facts_are_kept(tmp_path: Path, omx: ArmDescription) -> None:
+    registers = {12: {"Drive Mode": 4, "Homing Offset": -20}}
+    _, calibrator = calibrator_of(tmp_path, omx, omx, registers=registers)
+    servo = by_rest(calibrator).servo[1]
+    assert (servo.id, servo.model, servo.model_number, servo.firmware) == (
+        12,
+        "xm430-w350",
+        1020,
+        45,
+    )
+    assert (servo.drive_mode, servo.homing_offset, servo.operating_mode) == (4, -20, 3)
+
+
+def test_an_arm_that_moves_is_not_taken(tmp_path: Path, omx: ArmDescription) -> None:
+    bus, calibrator = calibrator_of(tmp_path, omx, omx)
+    bus.port.simulation.inject("hand:id=12,to=1800,speed=1,for=3")
+    bus.wait(0.2)
+    assert not calibrator.mark_rest()
+    bus.wait(3.0)
+    assert calibrator.mark_rest()
+
+
+def test_nothing_is_written(tmp_path: Path, omx: ArmDescription) -> None:
+    bus, calibrator = calibrator_of(tmp_path, omx, omx)
+    writes: list[int] = []
+    for servo in bus.port.bus.servos:
+        original = servo.write
+        servo.write = lambda at, data, o=original, **k: (writes.append(at), o(at, data, **k))[1]  # type: ignore[assignment, method-assign, misc]
+    by_rest(calibrator)
+    move(bus, calibrator.follower.look, {11: 2500})
+    assert not writes
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_directions_and_ranges_by_hand(tmp_path: Path, omx: ArmDescription, direction: int) -> None:
+    real = remounted(omx, s12={"direction": direction, "zero_tick": 2100})
+    bus, calibrator = calibrator_of(tmp_path, real, omx)
+    assert calibrator.mark_rest()
+    rest = dict(calibrator.follower.ticks)
+    lower, upper = omx.joint[1].lower, omx.joint[1].upper
+    ends = [round(2100 + direction * angle / (math.tau / 4096)) for angle in (lower, upper)]
+    began = dict(calibrator.follower.look())
+    move(bus, calibrator.follower.look, {12: rest[12] + direction * 300})
+    assert calibrator.mark_direction("joint2", began) == direction
+    calibrator.follower.forget_range()
+    for tick in ends:
+        move(bus, calibrator.follower.look, {12: tick}, 1.5)
+    calibrator.mark_range("joint2")
+    move(bus, calibrator.follower.look, {12: rest[12]}, 1.5)
+    away = calibrator.away_from_rest()
+    assert away is not None
+    assert max(map(abs, away.values())) < 0.01
+    calibration = calibrator.result("hand", None)
+    servo = calibration.servo[1]
+    assert (servo.direction, servo.zero_tick) == (direction, 2100)
+    assert servo.range_ticks is not None
+    found = sorted(angle_of(servo, tick) for tick in servo.range_ticks)
+    assert found == pytest.approx([lower, upper], abs=0.01)
+
+
+def test_a_joint_that_hardly_moved_shows_nothing(tmp_path: Path, omx: ArmDescription) -> None:
+    bus, calibrator = calibrator_of(tmp_path, omx, omx)
+    assert calibrator.mark_rest()
+    began = dict(calibrator.follower.look())
+    move(bus, calibrator.follower.look, {11: 2048 + 80})
+    assert calibrator.mark_direction("joint1", began) == 0
+    assert 0 < calibrator.mark_range("joint1") < LEAST_MOVE
+    assert calibrator.result("hand", None).servo[0].range_ticks is None
+
+
+@pytest.mark.parametrize("zero", [3300, 4000, 100, 700])
+def test_a_range_across_the_end_of_the_turn_is_followed(
+    tmp_path: Path, omx: ArmDescription, zero: int
+) -> None:
+    real = remounted(omx, s11={"zero_tick": zero})
+    bus, calibrator = calibrator_of(tmp_path, real, omx)
+    assert calibrator.mark_rest()
+    calibrator.follower.forget_range()
+    for tick in (zero + 1000, zero - 1000, zero):
+        move(bus, calibrator.follower.look, {11: tick}, 1.5)
+    assert calibrator.mark_range("joint1") == pytest.approx(2000 * math.tau / 4096, abs=0.02)
+    servo = calibrator.result("hand", None).servo[0]
+    assert servo.zero_tick == zero
+    assert servo.range_ticks == pytest.approx((zero - 1000, zero + 1000), abs=6)
+
+
+class Folding:
+    """A servo that shows one turn only, whatever it has turned."""
+
+    def __init__(self, calibrator: ArmCalibrator) -> None:
+        self._read = calibrator.group.read
+
+    def __call__(self, name: str, ids: Any = None) -> dict[int, int]:
+        values = self._read(name, ids)
+        return {i: v % 4096 for i, v in values.items()} if name == "Present Position" else values
+
+
+@pytest.mark.parametrize("zero", [4000, 100])
+def test_servos_that_fold_while_they_are_turned_are_unfolded(
+    tmp_path: Path, omx: ArmDescription, zero: int
+) -> None:
+    real = remounted(omx, s11={"zero_tick": zero})
+    bus, calibrator = calibrator_of(tmp_path, real, omx)
+    calibrator.group.read = Folding(calibrator)  # type: ignore[method-assign]
+    assert calibrator.mark_rest()
+    for tick in (zero + 1500, zero - 1500):
+        move(bus, calibrator.follower.look, {11: tick}, 2.0)
+    calibrator.mark_range("joint1")
+    servo = calibrator.result("hand", None).servo[0]
+    assert servo.range_ticks == pytest.approx((zero - 1500, zero + 1500), abs=6)
+
+
+def test_an_arm_that_was_turned_round_before_is_taken_in_its_first_turn(
+    tmp_path: Path, omx: ArmDescription
+) -> None:
+    bus, calibrator = calibrator_of(tmp_path, omx, omx)
+    move(bus, calibrator.follower.look, {11: 2048 + 4096}, 3.0)
+    assert calibrator.follower.ticks[11] == pytest.approx(2048 + 4096, abs=4)
+    assert by_rest(calibrator).servo[0].zero_tick == pytest.approx(2048, abs=4)
+
+
+def test_turned_far_while_nobody_looked_is_refused(tmp_path: Path, omx: ArmDescription) -> None:
+    bus, calibrator = calibrator_of(tmp_path, omx, omx)
+    bus.port.simulation.inject("hand:id=11,to=600,speed=8,for=2")
+    bus.wait(2.0)
+    with pytest.raises(ArmFaultError, match=r"servo 11 \(joint1\) was not read for"):
+        calibrator.follower.look()
+
+
+def test_single_answers_may_be_lost(tmp_path: Path, omx: ArmDescription) -> None:
+    bus, calibrator = calibrator_of(tmp_path, omx, omx)
+    bus.port.simulation.inject("lost-replies:id=12,count=3")
+    calibrator.follower.look()
+    calibrator.follower.look()
+    assert by_rest(calibrator).servo[1].zero_tick == 2048
+
+
+def test_torque_is_refused_and_never_dropped(tmp_path: Path, omx: ArmDescription) -> None:
+    bus = arm_bench(tmp_path, omx.servo)
+    bus.port.bus.servos[2].write(64, b"\1")
+    with pytest.raises(TorqueOnError, match=r"servo 13 \(joint3\).*armsyn release"):
+        ArmCalibrator(bus, omx)
+    assert bus.value(13, "Torque Enable") == 1
+
+
+@pytest.mark.parametrize(
+    ("registers", "said"),
+    [
+        ({"Operating Mode": 1}, "operating mode 1"),
+        ({"Drive Mode": 1}, "other way round"),
+        ({"Homing Offset": 2000}, "homing offset of 2000"),
+    ],
+)
+def test_servos_that_are_not_set_up_are_sent_to_setup(
+    tmp_path: Path, omx: ArmDescription, registers: dict[str, int], said: str
+) -> None:
+    bus = arm_bench(tmp_path, omx.servo, {12: registers})
+    with pytest.raises(ServoMismatchError, match=f"{said}.*armsyn setup"):
+        ArmCalibrator(bus, omx)
+
+
+def test_protocol_1_and_coarse_encoders(tmp_path: Path) -> None:
+    arm = load_arm("reachy_right", calibrated=False)
+    bus, calibrator = calibrator_of(tmp_path, arm, arm)
+    assert calibrator.mark_rest()
+    rest = dict(calibrator.follower.ticks)
+    began = dict(calibrator.follower.look())
+    leader = calibrator.servos_of("forearm_yaw")[0]
+    assert leader.protocol == 1
+    move(bus, calibrator.follower.look, {leader.id: rest[leader.id] - 150})
+    assert calibrator.mark_direction("forearm_yaw", began) == -1
+    zeros = [servo.zero_tick for servo in calibrator.result("hand", None).servo]
+    assert zeros == pytest.approx([servo.zero_tick for servo in arm.servo], abs=1)
+
+
+# dual joints
+
+
+def test_aligned_pairs_are_left_alone(tmp_path: Path, widowx: ArmDescription) -> None:
+    _, calibrator = calibrator_of(tmp_path, widowx, widowx)
+    assert calibrator.mark_rest()
+    assert misalignments(calibrator) == ()
+
+
+@pytest.mark.parametrize("off", [-90, 40])
+def test_a_pair_is_aligned_by_the_seconds_homing_offset(
+    tmp_path: Path, widowx: ArmDescription, off: int
+) -> None:
+    lies = {servo.id: servo.rest_tick for servo in widowx.servo}
+    bus, calibrator = calibrator_of(tmp_path, widowx, widowx, start=lies | {5: lies[5] + off})
+    (found,) = misalignments(calibrator)
+    assert (found.shadow.id, found.apart) == (5, pytest.approx(-off, abs=2))
+    align(calibrator, found)
+    assert bus.value(5, "Homing Offset") == found.change.wanted
+    calibrator.follow_anew()
+    present = calibrator.follower.ticks
+    assert abs(present[5] - present[4]) <= ALIGNED_TICKS
+    calibration = by_rest(calibrator)
+    by_id = {servo.id: servo for servo in calibration.servo}
+    assert by_id[5].homing_offset == found.change.wanted
+    assert by_id[5].zero_tick == pytest.approx(by_id[4].zero_tick, abs=2)
+
+
+def test_a_horn_that_is_far_off_must_be_screwed_on_anew(
+    tmp_path: Path, widowx: ArmDescription
+) -> None:
+    bus, calibrator = loose(tmp_path, widowx, {5: 1500})
+    with pytest.raises(ServoMismatchError, match="screw its horn on"):
+        misalignments(calibrator)
+    assert bus.value(5, "Homing Offset") == 0
+
+
+def loose(
+    folder: Path, arm: ArmDescription, start: dict[int, int] | None = None
+) -> tuple[SteppedLineBus, ArmCalibrator]:
+    """The arm with horns that do not hold on to each other."""
+    servos = [
+        msgspec.structs.replace(s, joint=f"{s.joint} {s.id}", shadow_of=None) for s in arm.servo
+    ]
+    registers = {s.id: {"Secondary(Shadow) ID": s.shadow_of} for s in arm.servo if s.shadow_of}
+    bus = arm_bench(folder, servos, registers, start)
+    return bus, ArmCalibrator(bus, arm)
+
+
+@pytest.mark.parametrize(
+    ("way", "said"), [(-1, "other way round"), (0, "horn is loose"), (2, "horn is loose")]
+)
+def test_pairs_that_do_not_turn_alike_are_refused(
+    tmp_path: Path, widowx: ArmDescription, way: int, said: str
+) -> None:
+    bus, calibrator = loose(tmp_path, widowx)
+    assert calibrator.mark_rest()
+    began = dict(calibrator.follower.look())
+    goals = {2: began[2] + 300, 3: began[3] + way * 300}
+    move(bus, calibrator.follower.look, goals, 1.5)
+    with pytest.raises(ServoMismatchError, match=said):
+        calibrator.mark_direction("shoulder", began)
+
+
+def test_an_alignment_that_does_not_hold_is_undone(tmp_path: Path, widowx: ArmDescription) -> None:
+    bus, calibrator = loose(tmp_path, widowx)
+    move(bus, calibrator.follower.look, {5: widowx.servo[4].rest_tick + 60})
+    (found,) = misalignments(calibrator)
+    move(bus, calibrator.follower.look, {5: widowx.servo[4].rest_tick - 60})
+    with pytest.raises(ServoMismatchError, match="the old offset is back"):
+        align(calibrator, found)
+    assert bus.value(5, "Homing Offset") == 0
+
+
+# words
+
+
+def test_positive_directions_move_the_hand_as_said() -> None:
+    """The hand is moved by the joint and looked at, instead of differentiated."""
+    ways = {"forward": (0, 1), "backward": (0, -1), "to its left": (1, 1), "to its right": (1, -1)}
+    ways |= {"up": (2, 1), "down": (2, -1)}
+    for name in ("human7", "koch", "widowx_250s", "openmanipulator_x"):
+        arm = load_arm(name, calibrated=False)
+        turn = np.array(
+            [
+                [math.cos(arm.facing), math.sin(arm.facing), 0.0],
+                [-math.sin(arm.facing), math.cos(arm.facing), 0.0],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+        for row, joint in enumerate(arm.joint_names):
+            words = positive_direction(arm, joint)
+            moved = arm.rest.copy()
+            moved[row] += 0.05
+            step = turn @ (arm.chain.forward(moved).tip - arm.chain.forward(arm.rest).tip)
+            if not words.startswith("the hand goes "):
+                assert np.linalg.norm(step) < 0.05 * 0.035
+                continue
+            for way in words.removeprefix("the hand goes ").split(" and "):
+                axis, sign = ways[way]
+                assert sign * step[axis] > 0.3 * np.abs(step).max(), (name, joint, words)
+
+
+# check
+
+
+def test_an_arm_as_calibrated_has_no_problems(tmp_path: Path, omx: ArmDescription) -> None:
+    real = remounted(omx, s11={"zero_tick": 2200})
+    bus, calibrator = calibrator_of(tmp_path, real, omx)
+    calibration = by_rest(calibrator)
+    found = check_calibration(bus, omx, calibration, at_rest=True)
+    assert found.problems == ()
+    assert [servo.angle for servo in found.servos] == pytest.approx(
+        [servo.rest for servo in found.servos], abs=0.002
+    )
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"registers": {13: {"Homing Offset": 50}}}, "homing offset is 50, was 0"),
+        ({"registers": {13: {"Operating Mode": 4}}}, "operating mode is 4, was 3"),
+        ({"start": {11: 2400}}, "off rest"),
+        ({"start": {12: 3900}}, "beyond its limits"),
+    ],
+)
+def test_what_has_changed_is_a_problem(
+    tmp_path: Path, omx: ArmDescription, settings: dict[str, Any], said: str
+) -> None:
+    _, calibrator = calibrator_of(tmp_path, omx, omx)
+    calibration = by_rest(calibrator)
+    bus = arm_bench(tmp_path, omx.servo, **settings)
+    found = check_calibration(bus, omx, calibration, at_rest=True)
+    assert any(said in problem for problem in found.problems), found.problems
+
+
+def test_another_model_and_a_missing_servo_are_problems(
+    tmp_path: Path, omx: ArmDescription
+) -> None:
+    _, calibrator = calibrator_of(tmp_path, omx, omx)
+    calibration = by_rest(calibrator)
+    others = [msgspec.structs.replace(omx.servo[0], model="xm430-w210"), *omx.servo[1:]]
+    (problem,) = check_calibration(arm_bench(tmp_path, others), omx, calibration).problems
+    assert "is a xm430-w210" in problem
+    (problem,) = check_calibration(arm_bench(tmp_path, omx.servo[1:]), omx, calibration).problems
+    assert "no answer from servo 11" in problem
+    koch = load_arm("koch", calibrated=False)
+    bus = arm_bench(tmp_path, omx.servo)
+    (problem,) = check_calibration(bus, koch, calibration).problems
+    assert "does not fit" in problem
