@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import closing
+from contextlib import closing, nullcontext
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -64,13 +64,18 @@ def _watch(bus: Bus, first: ArmStatus) -> ArmStatus:
     from armsyn.driver.status import read_status
     from armsyn.driver.status_findings import find
 
-    shown = first
+    screen, shown = console(), first
+    live = Live(console=screen, auto_refresh=False) if screen.is_terminal else None
     try:
-        with Live(live_view(shown, find(shown)), console=console(), auto_refresh=False) as live:
+        with live or nullcontext():
             while True:
+                view = live_view(shown, find(shown))
+                if live is not None:
+                    live.update(view, refresh=True)
+                else:
+                    screen.print(view)
                 time.sleep(_REFRESH_S)
                 shown = read_status(bus, first.arm, look_around=False)
-                live.update(live_view(shown, find(shown)), refresh=True)
     except KeyboardInterrupt:
         return shown
 
