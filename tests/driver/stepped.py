@@ -140,6 +140,10 @@ class SteppedArm:
         """Do something once `delay` seconds have passed from now."""
         self._events.append((self.clock.now() + delay, action))
 
+    def forget_events(self) -> None:
+        """Do nothing of what is still to be done."""
+        self._events.clear()
+
     def now(self) -> float:
         return self.clock.now()
 
