@@ -35,6 +35,8 @@ class Health(NamedTuple):
         None also for a servo that has none.
     voltage, temperature : float
         V and degrees Celsius.
+    moving_speed : int or None
+        Moving Speed of an older family; 0 after a restart.
     apart : int or None
         Of a shadow: ticks that it reads off its leader.
     """
@@ -45,6 +47,7 @@ class Health(NamedTuple):
     bus_watchdog: int | None = None
     voltage: float = NAN
     temperature: float = NAN
+    moving_speed: int | None = None
     apart: int | None = None
 
 
@@ -132,6 +135,7 @@ def _classic_health(row: int, reply: StatusPacket) -> Health:
         row,
         torque_enabled=bool(data[0]) and (data[10] or data[11]) != 0,
         hardware_error=reply.hardware_error or 0,
+        moving_speed=data[8] | data[9] << 8,
         voltage=data[18] * reg.VOLTAGE_UNIT,
         temperature=float(data[19]),
     )
@@ -143,6 +147,7 @@ def _xl320_health(row: int, reply: StatusPacket) -> Health:
         row,
         torque_enabled=bool(data[0]) and (data[11] or data[12]) != 0,
         hardware_error=XL320.hardware_error(data[26]),
+        moving_speed=data[8] | data[9] << 8,
         voltage=data[21] * reg.VOLTAGE_UNIT,
         temperature=float(data[22]),
     )

@@ -17,6 +17,7 @@ from armsyn.driver.joints import JointGroup
 from armsyn.driver.limits import check_position_limits, with_servo_limits
 from armsyn.driver.log import MOST_ROWS, StreamLog
 from armsyn.driver.path import Path, straight_way
+from armsyn.driver.profiles import streaming_profiles
 from armsyn.driver.recording import Ending
 from armsyn.driver.setpoint import SetpointMotion
 from armsyn.driver.signals import StopRequests
@@ -115,6 +116,7 @@ class ArmRun:
         self.streamer: Streamer | None = None
         self._facts: tuple[ServoFacts, ...] = ()
         self._limp: frozenset[int] = frozenset()
+        self._profiles: dict[str, dict[int, int]] = {}
         self._armed = False
 
     def execute(self) -> None:
@@ -134,6 +136,7 @@ class ArmRun:
         everything = read_facts(self.joints.group)
         check_facts(everything, self.arm)
         self._facts = tuple(servo for servo in everything if servo.servo_id in self.group.ids)
+        self._profiles = streaming_profiles(self.arm, self._facts, self.group)
         self._limp = frozenset(s.servo_id for s in everything if not s.torque_enabled)
         for motion in (self.trajectory, self.park):
             if isinstance(motion, Motion):
@@ -170,7 +173,7 @@ class ArmRun:
 
     def _power_up(self) -> None:
         try:
-            power.power_up(self.group, self._facts)
+            power.power_up(self.group, self._facts, self._profiles)
         except BaseException as error:
             if failed := power.restore(self.group, self._facts):
                 self.fault = error
@@ -209,6 +212,7 @@ class ArmRun:
                 limits=with_servo_limits(limits, self._facts),
                 servos=self.joints.group.servos,
                 limp=self._limp - set(self.group.ids),
+                limited=frozenset(self._profiles["Moving Speed"]),
             ),
             max_acceleration=self.arm.max_acceleration,
             longest_stall=WATCHDOG_SECONDS,

@@ -60,12 +60,15 @@ class WatchSettings:
         first.
     limp : frozenset of int
         IDs of servos that need no torque: a gripper that had none.
+    limited : frozenset of int
+        IDs of servos of older families whose Moving Speed was set: it reads 0 after a restart.
     """
 
     period: float
     limits: CommandLimits
     servos: tuple[ServoDescription, ...]
     limp: frozenset[int] = frozenset()
+    limited: frozenset[int] = frozenset()
 
 
 class ArmWatch:
@@ -183,23 +186,26 @@ class ArmWatch:
         return HardwareFaultError(f"{title_of(servo)} {problem}", servo.id)
 
     def _problem(self, servo: ServoDescription, health: Health) -> str | None:
-        if health.hardware_error:
-            return _error(servo, health.hardware_error)
         watchdog = health.bus_watchdog
         streamed = servo.joint in self.settings.limits.names
-        if watchdog == WATCHDOG_EXPIRED:
-            return _STOPPED
         lost = health.torque_enabled is False and servo.id not in self.settings.limp
-        if watchdog == 0 and streamed:
-            return f"has lost its {'torque' if lost else 'bus watchdog'}: it {_RESTARTED}"
-        if lost:
-            return _SWITCHED_OFF
-        if health.apart is not None and abs(health.apart) > APART_TICKS:
-            return (
+        problem = None
+        if health.hardware_error:
+            problem = _error(servo, health.hardware_error)
+        elif watchdog == WATCHDOG_EXPIRED:
+            problem = _STOPPED
+        elif watchdog == 0 and streamed:
+            problem = f"has lost its {'torque' if lost else 'bus watchdog'}: it {_RESTARTED}"
+        elif health.moving_speed == 0 and servo.id in self.settings.limited:
+            problem = _RESTARTED
+        elif lost:
+            problem = _SWITCHED_OFF
+        elif health.apart is not None and abs(health.apart) > APART_TICKS:
+            problem = (
                 f"reads {abs(health.apart)} ticks off its leader, {APART_TICKS} are allowed: one of"
                 " the two does not hear its goals, or the joint has come apart; look at it"
             )
-        return None
+        return problem
 
     def alert_fault(self, row: int) -> HardwareFaultError:
         """Return the fault of a joint's servo whose alert bit is set."""

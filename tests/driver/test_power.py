@@ -2,16 +2,24 @@
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
+from armsyn.arm import ArmDescription
+from armsyn.arm.calibration import RADIANS_PER_TICK
 from armsyn.driver import Ending
-from armsyn.driver.power import release_watchdogs
+from armsyn.driver.facts import read_facts
+from armsyn.driver.models import VELOCITY_UNIT
+from armsyn.driver.power import power_up, release_watchdogs
+from armsyn.driver.profiles import streaming_profiles
 from armsyn.driver.servos import ServoGroup
 from armsyn.errors import ArmFaultError, HardwareFaultError
-from tests.driver.stepped import SteppedArm, deafen
+from tests.driver.stepped import SteppedArm, deafen, present_tick
 
 LARGE = (0.6, 0.3, -0.6, 0.9)
 ALL = tuple(range(1, 8))
 BUS_WATCHDOG = 98
+NET = [128] * 4 + [200] * 3
+"""Profile velocities while streaming: the servos' Velocity Limit, or a little above the plan."""
 PROFILE_VELOCITY = 112
 
 
@@ -37,7 +45,7 @@ def test_profiles_are_put_back_after_a_run(stepped: SteppedArm, stop: bool) -> N
         stepped.way(*LARGE), on_tick=lambda *_: during.append(profiles(stepped))
     )
     assert recording.ending in (Ending.COMPLETED, Ending.STOPPED_PARKED)
-    assert during[0] == during[-1] == [0] * 14
+    assert during[0] == during[-1] == NET + [0] * 7
     assert profiles(stepped) == before
 
 
@@ -52,6 +60,45 @@ def test_a_profile_that_is_not_taken_back_is_said(stepped: SteppedArm) -> None:
     assert message.endswith("left with torque as the fault left it, holding, watchdog off")
     assert stepped.torque() == [1] * 7
     assert stepped.value("Bus Watchdog") == [0] * 7
+
+
+def test_the_net_is_a_little_above_what_is_planned(human7: ArmDescription) -> None:
+    slow = human7.slowed(4.0)
+    stepped = SteppedArm(slow)
+    seen: list[list[int]] = []
+    recording = stepped.session().run(
+        stepped.way(0.3, 0.2), on_tick=lambda *_: seen.append(stepped.value("Profile Velocity"))
+    )
+    net = np.array(seen[0]) * VELOCITY_UNIT
+    assert (net >= 1.1 * slow.max_velocity + 1.0).all()
+    assert (net <= 1.1 * slow.max_velocity + 1.0 + VELOCITY_UNIT).all()
+    assert recording.ending is Ending.COMPLETED
+
+
+@pytest.mark.parametrize(("drive_mode", "caught"), [(0, True), (4, False)])
+def test_the_net_slows_a_goal_that_nobody_planned(
+    human7: ArmDescription, drive_mode: int, caught: bool
+) -> None:
+    """In the time-based drive mode there is none."""
+    slow = human7.slowed(4.0)
+    servos = tuple(replace(servo, drive_mode=drive_mode) for servo in slow.servo)
+    stepped = SteppedArm(replace(slow, servo=servos))
+    session = stepped.session()
+    session.run(stepped.way(0.1, 0.0, 0.0, 0.1))
+    facts = read_facts(group := ServoGroup(stepped.bus, stepped.description.servo))
+    power_up(group, facts, streaming_profiles(slow, facts, group))
+    wrist = stepped.servos[5]
+    here = present_tick(wrist)
+    group.write("Goal Position", {6: here + 400})
+    before, fastest = here, 0.0
+    for _ in range(30):
+        stepped.clock.advance(0.02)
+        stepped.bus.ping(1)  # feeds the watchdogs
+        now = present_tick(wrist)
+        fastest, before = max(fastest, (now - before) * RADIANS_PER_TICK / 0.02), now
+    net = 1.1 * slow.max_velocity[5] + 1.0
+    assert bool(fastest < 1.15 * net) is caught
+    assert before > here + 100  # it went, only not at once
 
 
 def test_profiles_stay_off_after_a_fault(stepped: SteppedArm) -> None:
