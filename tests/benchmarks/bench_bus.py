@@ -1,10 +1,11 @@
 """One bus cycle of seven servos (write goals, read 10 bytes of each) against its wire time.
 
-The replier spins out the time that the bytes would take on the wire with no return delay. Beside
-the driver's cycles stand a bare loop (what the machine and its pseudo-terminals take by
-themselves), the vendor's SDK and rustypot, all on one replier and in turns, so that a busy
-machine is busy for all of them. The wire time of a cycle is that of its own bytes: a fast sync
-read has fewer.
+The replier spins out the time that the bytes would take on the wire with no return delay. The
+driver's cycles are those of an arm, radians in and SI units out; beside them stand those of its
+bus alone, ticks in and out as of the others, a bare loop (what the machine and its
+pseudo-terminals take by themselves), the vendor's SDK and rustypot, all on one replier and in
+turns, so that a busy machine is busy for all of them; the best tenth of the cycles tells what an
+idle one would do. The wire time of a cycle is that of its own bytes: a fast sync read has fewer.
 """
 
 from __future__ import annotations
@@ -132,8 +133,10 @@ def full_bus(baud: int) -> bool:
     """All servos there, at 1 Mbaud: duration and processor time of each client."""
     own = functools.partial
     contenders: dict[str, Client] = {
-        "armsyn, sync read": own(clients.armsyn, baud=baud, ids=IDS, kind="sync"),
-        "armsyn, fast sync read": own(clients.armsyn, baud=baud, ids=IDS, kind="fast"),
+        "armsyn, sync read": own(clients.armsyn_arm, baud=baud, kind="sync"),
+        "armsyn, fast sync read": own(clients.armsyn_arm, baud=baud, kind="fast"),
+        "armsyn's bus, sync": own(clients.armsyn, baud=baud, ids=IDS, kind="sync"),
+        "armsyn's bus, fast": own(clients.armsyn, baud=baud, ids=IDS, kind="fast"),
         "bare loop": own(clients.bare_loop, baud=baud, ids=IDS),
         "dynamixel-sdk": own(clients.sdk, baud=baud, ids=IDS),
         "rustypot, sync read": own(clients.rusty, baud=baud, ids=IDS, fast=False),
@@ -144,10 +147,11 @@ def full_bus(baud: int) -> bool:
     print(f"bus cycle, {len(IDS)} servos, 10 bytes each, {baud} baud")
     for name, result in results.items():
         wire = wire_time("fast" if "fast" in name else "sync", baud)
+        best, worst = np.quantile(result.durations, (0.1, 0.99))
         print(
             f"  {name:24} median {result.median * 1e3:6.3f} ms = {result.median / wire:.2f} x"
-            f" {wire * 1e3:.2f} ms of wire, 99 % {np.quantile(result.durations, 0.99) * 1e3:6.2f}"
-            f" ms, {result.share:4.0%} of a core, {result.lost} lost"
+            f" {wire * 1e3:.2f} ms of wire, 10 % {best / wire:.2f} x, 99 % {worst * 1e3:6.2f} ms,"
+            f" {result.share:4.0%} of a core, {result.lost} lost"
         )
     met = True
     for kind, name in (("sync", "armsyn, sync read"), ("fast", "armsyn, fast sync read")):
@@ -161,7 +165,7 @@ def fast_wire(baud: int) -> bool:
     """Cycles a second at a high baud rate."""
     with replier(len(IDS), baud) as port:
         contenders: dict[str, Client] = {
-            "sync": functools.partial(clients.armsyn, baud=baud, ids=IDS, kind="sync")
+            "sync": functools.partial(clients.armsyn_arm, baud=baud, kind="sync")
         }
         result = in_turns(port, contenders, CYCLES)["sync"]
     return judge(f"armsyn, sync read at {baud} baud", 1.0 / result.median, LEAST_RATE, "{:.0f} Hz")
@@ -209,7 +213,7 @@ def buffered(kind: Kind) -> bool:
     bus = Bus(os.ttyname(slave), 4_000_000)
     bus.serial_port.close()
     bus.serial_port = port = BufferedPort(bus.port_name, master)
-    cycle = clients.bus_cycle(bus, kind, IDS, len(IDS), 0.2)
+    cycle = clients.arm_cycle(bus, kind)
     durations = []
     for _ in range(ROUNDS * CYCLES):
         port.aside, start = 0.0, time.perf_counter()

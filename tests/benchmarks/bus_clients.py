@@ -12,6 +12,8 @@ import rustypot
 import serial
 from dynamixel_sdk import COMM_SUCCESS, GroupSyncRead, GroupSyncWrite, PacketHandler, PortHandler
 
+from armsyn.arm import load_arm
+from armsyn.driver.joints import JointGroup
 from armsyn.driver.plans import Kind, ReadPlan
 from armsyn.driver.protocol import sync_read, sync_write
 from armsyn.driver.transactions import Bus
@@ -23,6 +25,8 @@ STATE = struct.Struct("<hii")
 
 STATE_ADDRESS, GOAL_ADDRESS = 126, 116
 GOAL = 2048
+FAST_FIRMWARE = 60
+"""A version that answers fast reads."""
 
 
 class MissingReplyError(Exception):
@@ -53,6 +57,31 @@ def armsyn(
     bus = Bus(port, baud)
     try:
         yield bus_cycle(bus, kind, ids, len(ids) - absent, 1.5e-3 if absent else 0.2)
+    finally:
+        bus.close()
+
+
+def arm_cycle(bus: Bus, kind: Kind, margin: float = 0.2) -> Cycle:
+    """Return the driver's cycle of a whole arm on an open bus, radians in and SI units out."""
+    arm = load_arm("human7")
+    bus.return_delays = dict.fromkeys((servo.id for servo in arm.servo), 0.0)
+    firmware = dict.fromkeys(bus.return_delays, FAST_FIRMWARE if kind == "fast" else 0)
+    joints = JointGroup(bus, arm, margin, firmware)
+    goals = arm.rest
+
+    def cycle() -> None:
+        if not joints.exchange(goals).fresh.all():
+            raise MissingReplyError
+
+    return cycle
+
+
+@contextmanager
+def armsyn_arm(port: str, baud: int, kind: Kind) -> Iterator[Cycle]:
+    """Offer the driver's cycle of the human-like arm, in SI units."""
+    bus = Bus(port, baud)
+    try:
+        yield arm_cycle(bus, kind)
     finally:
         bus.close()
 
