@@ -1,0 +1,205 @@
+"""Trajectories and recordings from files, made ready to be streamed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path as FilePath
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.driver.path import Path, straight_way
+from armsyn.driver.recording import Recording
+from armsyn.driver.recording_load import load_recording
+from armsyn.errors import FormatError, InputError
+from armsyn.motion import Motion
+from armsyn.motion.filtering import low_pass
+from armsyn.motion.formats import read_motion
+from armsyn.motion.resample import MAXIMUM_SAMPLES
+from armsyn.safety import START_TOLERANCE, Closest, closest
+
+FloatArray = NDArray[np.float64]
+
+SMOOTHING = 4.0
+"""Hz of the low-pass for measured angles, whose ticks alone would exceed every acceleration."""
+
+_RECORDED = "recording of "
+"""How the source of a recording's measured motion begins (`Recording.source`)."""
+
+
+class Replay(NamedTuple):
+    """A motion from a file.
+
+    Attributes
+    ----------
+    motion : Motion
+        At the stream's rate, from time 0; not yet checked.
+    what : str
+        What it was made of, for people.
+    """
+
+    motion: Motion
+    what: str
+
+
+def load_replay(path: FilePath, arm: ArmDescription, rate: float) -> Replay:
+    """Read a trajectory or a recording.
+
+    A recording of a run is streamed as what was wanted of the arm then; one of an arm that was
+    only observed, or that is CSV, as what was measured, smoothed.
+
+    Parameters
+    ----------
+    path : Path
+        ``.npz`` or ``.csv`` of ``armsyn-motion-1``.
+    arm : ArmDescription
+        Whose joints it must have.
+    rate : float
+        Hz.
+
+    Returns
+    -------
+    Replay
+
+    Raises
+    ------
+    FormatError
+        As `armsyn.motion.formats.read_motion`.
+    InputError
+        No joint angles, other joints than the arm's, or too long.
+    """
+    motion = read_motion(path)
+    if motion.angles is None:
+        raise InputError(f"{path}: has landmark positions only: streaming needs joint angles")
+    if set(motion.joint_names) != set(arm.joint_names):
+        raise InputError(
+            f"{path}: joints are {motion.joint_names}, those of {arm.name} are {arm.joint_names}"
+        )
+    order = [motion.joint_names.index(name) for name in arm.joint_names]
+    recording = _recording_of(path)
+    if recording is not None and np.isfinite(recording.commanded_rad).all():
+        wanted = recording.commanded_rad[:, order]
+        # tick by tick: the time line did not jump over ticks that were missed
+        time = np.arange(len(wanted)) / recording.rate_hz
+        return Replay(_resampled(time, wanted, arm, rate, str(path)), "what was wanted of the arm")
+    angles, time = motion.angles[:, order], motion.time - motion.time[0]
+    even = _resampled(time, angles, arm, rate, str(path))
+    if recording is None and not motion.source.startswith(_RECORDED):
+        return Replay(even, "the file's angles")
+    assert even.angles is not None  # noqa: S101 - of the line above
+    smooth = low_pass(even.angles, rate, min(SMOOTHING, 0.4 * rate))
+    smooth = np.clip(smooth, arm.chain.lower, arm.chain.upper)
+    return Replay(
+        Motion(even.time, arm.joint_names, smooth, source=even.source),
+        f"measured angles, smoothed at {min(SMOOTHING, 0.4 * rate):g} Hz",
+    )
+
+
+def _recording_of(path: FilePath) -> Recording | None:
+    """The recording in a file; None where the file is only a motion."""
+    try:
+        return load_recording(path)
+    except FormatError:
+        return None
+
+
+def _resampled(
+    time: FloatArray, angles: FloatArray, arm: ArmDescription, rate: float, source: str
+) -> Motion:
+    """A motion at the stream's rate, by the interpolation that streams use."""
+    duration = float(time[-1])
+    if duration * rate > MAXIMUM_SAMPLES:
+        raise InputError(f"{source}: {duration:.0f} s at {rate:g} Hz is too long: cut it")
+    path = Path(Motion(time, arm.joint_names, angles))
+    frames = max(2, math.ceil(duration * rate - 1e-6) + 1)
+    grid = np.arange(frames) / rate
+    # a grid that is the file's own gives the file's own samples
+    return Motion(grid, arm.joint_names, np.array([path.at(t) for t in grid]), source=source)
+
+
+def slowed(motion: Motion, factor: float, rate: float) -> Motion:
+    """The same way in `factor` times the time, at `rate` Hz."""
+    if not (math.isfinite(factor) and factor > 0.0):
+        raise InputError(f"a motion cannot take {factor:g} times its time: give a positive number")
+    if factor == 1.0 or motion.angles is None:
+        return motion
+    path, names = Path(motion), motion.joint_names
+    frames = max(2, math.ceil(motion.duration * factor * rate - 1e-6) + 1)
+    if frames > MAXIMUM_SAMPLES:
+        raise InputError(f"{motion.source}: {factor:g} times slower is too long: cut it")
+    grid = np.arange(frames) / rate
+    angles = np.array([path.at(t / factor) for t in grid])
+    return Motion(grid, names, angles, source=motion.source)
+
+
+def looped(motion: Motion, times: int, arm: ArmDescription, rate: float) -> Motion:
+    """A motion several times; where it ends elsewhere than it starts, with straight ways back."""
+    assert motion.angles is not None  # noqa: S101 - of `load_replay`
+    first, last = motion.angles[0], motion.angles[-1]
+    back = straight_way(last, first, arm, rate).angles
+    assert back is not None  # noqa: S101 - a straight way
+    if np.abs(last - first).max() < 1e-6:
+        back = motion.angles[:1]
+    rows = [motion.angles]
+    for _ in range(times - 1):
+        rows += [back[1:], motion.angles[1:]]
+    angles = np.concatenate(rows)
+    if len(angles) > MAXIMUM_SAMPLES:
+        raise InputError(f"{motion.source}: {times} times is too long: loop it less often")
+    time = np.arange(len(angles)) / rate
+    return Motion(time, motion.joint_names, angles, source=motion.source)
+
+
+def approach(
+    present: FloatArray, motion: Motion, arm: ArmDescription, rate: float
+) -> Motion | None:
+    """Straight way from where the arm is to where a motion starts; None where it is there.
+
+    It is not yet checked.
+    """
+    assert motion.angles is not None  # noqa: S101 - of `load_replay`
+    if np.abs(present - motion.angles[0]).max() <= START_TOLERANCE:
+        return None
+    start = np.clip(present, arm.chain.lower, arm.chain.upper)
+    return straight_way(start, motion.angles[0], arm, rate)
+
+
+class Expected(NamedTuple):
+    """What to expect of a motion.
+
+    Attributes
+    ----------
+    duration : float
+        s.
+    lowest, highest : array, shape (n,)
+        rad.
+    speed, acceleration : array, shape (n,)
+        Greatest of each joint, rad/s and rad/s2.
+    nearest : Closest or None
+        The nearest two things that must not touch; None where nothing is judged.
+    """
+
+    duration: float
+    lowest: FloatArray
+    highest: FloatArray
+    speed: FloatArray
+    acceleration: FloatArray
+    nearest: Closest | None
+
+
+def expect(motion: Motion, arm: ArmDescription) -> Expected:
+    """Look at what a motion asks of an arm; `armsyn.safety.check_trajectory` judges it."""
+    assert motion.angles is not None  # noqa: S101 - of `load_replay`
+    step, angles = 1.0 / motion.rate, motion.angles
+    velocity = np.diff(angles, axis=0, prepend=angles[:1], append=angles[-1:]) / step
+    acceleration = np.diff(velocity, axis=0) / step
+    return Expected(
+        duration=motion.duration,
+        lowest=angles.min(axis=0),
+        highest=angles.max(axis=0),
+        speed=np.abs(velocity).max(axis=0),
+        acceleration=np.abs(acceleration).max(axis=0),
+        nearest=closest(angles, arm),
+    )
