@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from armsyn.cli.arm_options import Connection, connected
 
 if TYPE_CHECKING:
     from armsyn.driver import ArmSession, Ending
-    from armsyn.driver.recording import Recording
+
+Result = TypeVar("Result")
 
 STOPPED = 130
 FAULTY = 3
@@ -44,9 +45,7 @@ def _consent(options: dict[str, Any]) -> dict[str, bool]:
     return {"accept_no_watchdog": True} if options["accept_no_watchdog"] else {}
 
 
-def with_progress(
-    run: Callable[[Callable[[float, float], None] | None], Recording],
-) -> Recording:
+def with_progress(run: Callable[[Callable[[float, float], None] | None], Result]) -> Result:
     """Run a motion that takes an ``on_tick``, with a progress bar on a terminal."""
     from rich.console import Console
     from rich.progress import Progress

@@ -122,6 +122,19 @@ def run_in_process(
                 child.wait()
 
 
+def run_here(
+    job: Job, stops: StopRequests | None = None, on_tick: OnTick | None = None
+) -> JobResult:
+    """Run motions in this process; as `run_in_process`."""
+    recordings: list[Recording] = []
+    error: BaseException | None = None
+    try:
+        _run(job, StopRequests() if stops is None else stops, recordings, on_tick)
+    except Exception as caught:  # noqa: BLE001 - it is in the result, with what was recorded
+        error = caught
+    return JobResult(tuple(recordings), error)
+
+
 def _start() -> tuple[subprocess.Popen[bytes], Connection]:
     """Start a child, and return it with our end of the pipe."""
     ours, theirs = socket.socketpair()
@@ -196,7 +209,9 @@ def serve(pipe: Connection) -> None:
     reporter.join()
 
 
-def _run(job: Job, stops: StopRequests, recordings: list[Recording], on_tick: OnTick) -> None:
+def _run(
+    job: Job, stops: StopRequests, recordings: list[Recording], on_tick: OnTick | None
+) -> None:
     with ArmSession.open(
         job.port,
         job.arm,
