@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from armsyn.cli.arm_options import json_option
+from armsyn.cli.prompts import person
 
 if TYPE_CHECKING:
     from armsyn.driver.find_port import PortFacts
@@ -94,7 +95,7 @@ def _unplug(also: tuple[str, ...], *, as_json: bool) -> None:
     if not before:
         raise PortError("there is no serial port at all: plug the arm's adapter in first")
     click.echo(f"{len(before)} serial port(s): {', '.join(port.path for port in before)}", err=True)
-    click.prompt("Unplug the arm's adapter, then press Enter", "", show_default=False, err=True)
+    person().ask("Unplug the arm's adapter, then press Enter:")
     gone = vanished(before, find_ports(also))
     if not gone:
         raise PortError("no port has vanished: was it another cable? Plug it in and try again")

@@ -32,9 +32,10 @@ def jog(joint: str, degrees: float, speed: float, **options: Any) -> None:
     with its torque on: `armsyn park` puts it to rest, `armsyn release` lets it go.
     """
     from armsyn.driver.operate_move import jog as move
+    from armsyn.driver.operate_move import still_posture
 
     with session_on(options) as (there, session):
-        before = session.read_posture()
+        before = still_posture(session)
         recording = with_progress(
             lambda show: move(session, joint, math.radians(degrees), math.radians(speed), show)
         )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from armsyn.cli.arm_options import Connection, arm_options, connected
+from armsyn.cli.prompts import person
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
@@ -78,12 +79,9 @@ def ask(question: str, *, yes: bool) -> None:
     if yes:
         return
     try:
-        agreed = click.confirm(question, err=True)
-    except click.Abort as abort:
-        if isinstance(abort.__context__, EOFError):
-            click.echo(err=True)
-            raise InputError("nobody answers: nothing was done; --yes says yes") from None
-        raise
+        agreed = person().confirm(question)
+    except click.Abort:
+        raise InputError("nobody answers: nothing was done; --yes says yes") from None
     if not agreed:
         raise StopRequestedError("nothing was done")
 

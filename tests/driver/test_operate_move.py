@@ -2,12 +2,13 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
 from armsyn.driver import Ending
 from armsyn.driver.operate_move import is_parked, jog, park
-from armsyn.errors import HardwareFaultError, InputError, LimitError
+from armsyn.errors import HardwareFaultError, InputError, LimitError, RefusedMotionError
 from tests.driver.stepped import SteppedArm
 
 ELBOW = 3
@@ -86,7 +87,7 @@ def test_an_arm_that_does_not_get_there_holds(stepped: SteppedArm) -> None:
 def test_a_stop_on_the_way_to_rest_leaves_torque_on(stepped: SteppedArm) -> None:
     session = stepped.session()
     session.run(stepped.way(0.4, 0.2, 0.0, 0.5))
-    stepped.at(0.2, session.stops.request)
+    stepped.at(0.5, session.stops.request)
     assert park(session).ending in (Ending.STOPPED_PARKED, Ending.STOPPED_HOLDING)
     assert stepped.torque() == [1] * 7
 
@@ -97,3 +98,34 @@ def test_a_faulty_servo_keeps_the_arm_from_jogging(stepped: SteppedArm) -> None:
     with pytest.raises(HardwareFaultError, match="overload"):
         jog(session, "elbow_flexion", 0.1, 1.0)
     assert stepped.torque() == [0] * 7
+
+
+def test_a_jog_waits_until_a_limp_arm_is_still(stepped: SteppedArm) -> None:
+    elbow = int(stepped.description.calibration.to_ticks(stepped.description.rest)[ELBOW])
+    stepped.port.simulation.inject(f"hand:id=4,to={elbow + 300},speed=0.5,for=2")
+    session = stepped.session()
+    recording = jog(session, "elbow_flexion", 0.1, 1.0)
+    assert recording.ending is Ending.COMPLETED
+    moved = stepped.positions() - stepped.description.rest
+    assert moved[ELBOW] == pytest.approx(300 * 2 * math.pi / 4096 + 0.1, abs=0.02)
+
+
+def test_an_arm_that_is_never_still_is_not_moved(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = stepped.session()
+    postures = (stepped.description.rest + 0.02 * (k % 2) for k in range(10**6))
+    monkeypatch.setattr(session, "read_posture", lambda: next(postures))
+    with pytest.raises(RefusedMotionError, match="has been moving for 8 s"):
+        park(session)
+    assert stepped.torque() == [0] * 7
+
+
+def test_an_arm_that_leans_on_its_stop_moves_off_it(stepped: SteppedArm) -> None:
+    arm = stepped.description
+    upper = float(arm.rest[ELBOW]) - 0.01
+    joint = msgspec.structs.replace(arm.joint[ELBOW], upper=upper, rest=upper - 0.1)
+    joints = (*arm.joint[:ELBOW], joint, *arm.joint[ELBOW + 1 :])
+    stepped.description = msgspec.structs.replace(arm, joint=joints)
+    assert jog(stepped.session(), "elbow_flexion", -0.2, 1.0).ending is Ending.COMPLETED
+    assert stepped.positions()[ELBOW] == pytest.approx(upper - 0.2, abs=0.01)
