@@ -122,7 +122,7 @@ def jog(
 def is_parked(session: ArmSession) -> bool:
     """Whether the arm is at rest already, within what parking allows, and limp."""
     arm = session.arm
-    if np.abs(session.read_posture() - arm.rest).max() > PARK_TOLERANCE:
+    if np.abs(still_posture(session) - arm.rest).max() > PARK_TOLERANCE:
         return False
     return not any(torque_is_on(ServoGroup(session.bus, (*arm.leaders, *arm.shadows))).values())
 
