@@ -1,5 +1,7 @@
 """Recordings: what they say of the motion, and that files give the same back."""
 
+import dataclasses
+import errno
 from pathlib import Path
 
 import numpy as np
@@ -7,11 +9,18 @@ import pytest
 from msgspec.structs import replace
 
 from armsyn.arm import ArmDescription
-from armsyn.driver import Ending, Recording, check_recording_path, save_recording
+from armsyn.driver import (
+    Ending,
+    Recording,
+    check_recording_path,
+    fingerprint,
+    load_recording,
+    save_recording,
+)
 from armsyn.driver.joints import JointState
 from armsyn.driver.log import Event, StreamLog
 from armsyn.errors import FormatError, InputError
-from armsyn.motion.formats import read_motion
+from armsyn.motion.formats import read_motion, write_motion
 
 TICKS = 50
 
@@ -130,3 +139,99 @@ def test_a_full_log_drops_and_counts() -> None:
     for tick in range(5):
         log.append(tick * 0.1, one, one, state, np.zeros(1, dtype=np.uint8))
     assert (log.rows, log.dropped) == (2, 3)
+
+
+def test_a_file_reads_back_whole(
+    recording: Recording, human7: ArmDescription, tmp_path: Path
+) -> None:
+    whole = dataclasses.replace(
+        recording,
+        sent_rad=recording.commanded_rad + 0.02,
+        temperature_c=np.full((TICKS, 7), 31.0),
+        voltage_v=np.full((TICKS, 7), 11.9),
+        events=(Event(0.1, "asked to stop"), Event(0.2, "it sags", "warning")),
+        description_sha256=fingerprint(human7),
+    )
+    save_recording(tmp_path / "reach.npz", whole, human7)
+    again = load_recording(tmp_path / "reach.npz")
+    for item in dataclasses.fields(Recording):
+        first, second = getattr(whole, item.name), getattr(again, item.name)
+        if isinstance(first, np.ndarray):
+            assert np.array_equal(first, second, equal_nan=first.dtype.kind == "f"), item.name
+            assert first.dtype == second.dtype
+        else:
+            assert first == second, item.name
+
+
+def test_a_file_of_before_reads_back_with_what_it_has(
+    recording: Recording, human7: ArmDescription, tmp_path: Path
+) -> None:
+    save_recording(tmp_path / "new.npz", recording, human7)
+    later = {
+        *("sent_rad", "temperature_c", "voltage_v", "measured_rad", "event_level"),
+        *("description_sha256", "driver_version"),
+    }
+    with np.load(tmp_path / "new.npz") as file:
+        np.savez(tmp_path / "old.npz", **{k: file[k] for k in file.files if k not in later})
+    old = load_recording(tmp_path / "old.npz")
+    assert np.array_equal(old.sent_rad, recording.commanded_rad)
+    assert np.isnan(old.temperature_c).all()
+    assert old.events == (Event(0.1, "asked to stop: decelerating"),)
+    assert (old.description_sha256, old.driver_version) == ("", "")
+    # an older file has the motion's angles only, where lost replies are interpolated
+    measured = recording.measured_motion(human7).angles
+    assert np.array_equal(old.measured_rad, measured)
+
+
+@pytest.mark.parametrize("key", ["commanded_rad", "stale", "ending", "event_text", "rate_hz"])
+@pytest.mark.parametrize("wrong", [np.array([[1.0]]), np.array("x"), np.array(["a", "b", "c"])])
+def test_a_damaged_file_is_a_format_error(
+    recording: Recording, human7: ArmDescription, tmp_path: Path, key: str, wrong: np.ndarray
+) -> None:
+    save_recording(tmp_path / "good.npz", recording, human7)
+    with np.load(tmp_path / "good.npz") as file:
+        arrays = {name: file[name] for name in file.files} | {key: wrong}
+    np.savez(tmp_path / "bad.npz", **arrays)
+    with pytest.raises(FormatError, match=r"bad\.npz: "):
+        load_recording(tmp_path / "bad.npz")
+
+
+def test_objects_are_never_built_from_a_file(
+    recording: Recording, human7: ArmDescription, tmp_path: Path
+) -> None:
+    save_recording(tmp_path / "good.npz", recording, human7)
+    with np.load(tmp_path / "good.npz") as file:
+        arrays = {name: file[name] for name in file.files}
+    arrays["stale"] = np.array([[object()]], dtype=object)
+    np.savez(tmp_path / "bad.npz", **arrays)
+    with pytest.raises(FormatError, match="'stale' is missing or damaged"):
+        load_recording(tmp_path / "bad.npz")
+
+
+def test_a_motion_is_no_recording(
+    recording: Recording, human7: ArmDescription, tmp_path: Path
+) -> None:
+    write_motion(tmp_path / "motion.npz", recording.measured_motion(human7))
+    with pytest.raises(FormatError, match="not a recording"):
+        load_recording(tmp_path / "motion.npz")
+    with pytest.raises(FormatError, match=r"only \.npz"):
+        load_recording(tmp_path / "motion.csv")
+
+
+def test_the_fingerprint_is_of_what_the_driver_uses(human7: ArmDescription) -> None:
+    first = human7.servo[0]
+    moved = replace(human7, servo=(replace(first, zero_tick=2050), *human7.servo[1:]))
+    assert fingerprint(human7) == fingerprint(replace(human7))
+    assert len({fingerprint(human7), fingerprint(moved)}) == 2
+
+
+def test_a_full_disk_is_said_and_leaves_nothing(
+    recording: Recording, human7: ArmDescription, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(np, "savez", full)
+    with pytest.raises(InputError, match=r"reach\.npz: cannot write it: No space left"):
+        save_recording(tmp_path / "reach.npz", recording, human7)
+    assert list(tmp_path.iterdir()) == []
