@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from armsyn.arm import ArmDescription
 from armsyn.driver.registers import AX, MX1, XL320, Layout, X
 from armsyn.errors import DescriptionError
 
@@ -137,6 +138,14 @@ def servo_model(name: str, protocol: int = 2) -> ServoModel:
     if any(model == name for model, _ in MODELS):
         raise DescriptionError(f"servo model {name!r} does not speak protocol {protocol}")
     raise DescriptionError(f"servo model {name!r} is not one the driver knows: {known}")
+
+
+def check_known(arm: ArmDescription) -> None:
+    """Refuse an arm without servos, or with models the driver does not know; DescriptionError."""
+    if not arm.servo:
+        raise DescriptionError(f"{arm.name} has no servos: it is a model only")
+    for servo in arm.servo:
+        servo_model(servo.model, servo.protocol)
 
 
 def find_number(number: int) -> ServoModel | None:

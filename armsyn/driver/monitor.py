@@ -18,9 +18,10 @@ from armsyn.arm import ArmDescription
 from armsyn.driver import registers as reg
 from armsyn.driver.facts import ServoFacts, check_model, read_facts
 from armsyn.driver.joints import Health, JointGroup, JointState, watched_servos
+from armsyn.driver.models import check_known
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.transactions import Bus
-from armsyn.errors import BusError, BusTimeoutError, DescriptionError, ServoMissingError
+from armsyn.errors import BusError, BusTimeoutError, ServoMissingError
 
 FloatArray = NDArray[np.float64]
 
@@ -75,8 +76,7 @@ class ArmMonitor:
         ServoMismatchError
             One is another model: its registers would mean something else.
         """
-        if not arm.servo:
-            raise DescriptionError(f"{arm.name} has no servos: it is a model only")
+        check_known(arm)
         bus = Bus(port, arm.servo[0].baud)
         try:
             return cls.attach(bus, arm)

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from armsyn.driver import registers as reg
 from armsyn.driver.checks import check_pairs
 from armsyn.driver.facts import PROFILES, ServoFacts
+from armsyn.driver.registers import AX, MX1, XL320
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import ArmFaultError, HardwareFaultError
@@ -26,6 +27,10 @@ by up to 0.22 rad against gravity (`armsyn.driver.gravity`)."""
 
 MOVED_TOLERANCE_TICKS = 64
 """How far a servo may move (5.6 degrees) as torque comes on."""
+
+
+STEADY_TICKS = {AX: 2, MX1: 4, XL320: 2}
+"""How far off a goal older families may read theirs while limp: they then read where they are."""
 
 
 def power_up(
@@ -116,7 +121,7 @@ def _send_goals(group: ServoGroup, goals: Mapping[int, int]) -> None:
     """Write goals to leaders, and make sure that their shadows have heard them."""
     shadows = {servo.id for servo in group.servos if servo.shadow_of in goals}
     group.write("Goal Position", {i: goal for i, goal in goals.items() if i not in shadows})
-    group.verify("Goal Position", goals)
+    group.verify("Goal Position", goals, STEADY_TICKS)
 
 
 def _check_still(group: ServoGroup, facts: Sequence[ServoFacts]) -> None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 from armsyn.arm import ServoDescription
 from armsyn.driver.models import ServoModel, servo_model
-from armsyn.driver.registers import Register
+from armsyn.driver.registers import Layout, Register
 from armsyn.driver.transactions import Bus
 from armsyn.errors import HardwareFaultError, TorqueOnError
 
@@ -158,10 +159,28 @@ class ServoGroup:
         self.write(name, values)
         self.verify(name, values)
 
-    def verify(self, name: str, values: Mapping[int, int]) -> None:
-        """Make sure that a register of servos reads as it should; errors as `set`."""
+    def verify(
+        self,
+        name: str,
+        values: Mapping[int, int],
+        tolerance: Mapping[Layout, int] = MappingProxyType({}),
+    ) -> None:
+        """Make sure that a register of servos reads as it should.
+
+        Parameters
+        ----------
+        name : str
+        values : mapping of int to int
+        tolerance : mapping of Layout to int, optional
+            How far off servos of a family may read; by default not at all.
+
+        Raises
+        ------
+        HardwareFaultError, BusError, PortLostError
+            As `set`.
+        """
         for servo_id, value in self.read(name, values).items():
-            if value != values[servo_id]:
+            if abs(value - values[servo_id]) > tolerance.get(self.models[servo_id].layout, 0):
                 address = self.models[servo_id].layout[name].address
                 raise HardwareFaultError(
                     f"{self.title(servo_id)} does not take {values[servo_id]} as its {name}"

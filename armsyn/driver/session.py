@@ -16,15 +16,23 @@ second request, fault  on, holding (what a fault left)   goals stand still at on
 host dead              the servos' own                   stopped by their watchdog          expired
 =====================  ================================  =================================  ========
 
-Profiles (registers 108 and 112) are 0 during a run, put back where the watchdog is 0 at its end,
-and left 0 otherwise. What is put back or switched off is read back; where that fails, the error
-names the servos. A fault's message says what it left and how to clear it: if only the profiles
-could not be put back, the watchdog is off already.
+The same holds for both servos of a dual joint. Servos without a watchdog (Protocol 1.0, XL-320, X
+series before firmware 38) need `accept_no_watchdog`: where the table says armed or expired, they go
+on to the last goal they heard and hold it until somebody lets them go. The gripper is no part of a
+run: it keeps its goal and its torque, and has no watchdog armed, but its errors end a run.
+
+Profiles are set as `armsyn.driver.profiles` says during a run, put back where the watchdog is 0 at
+its end, and left otherwise. What is put back or switched off is read back; where that fails, the
+error names the servos. A fault's message says what it left and how to clear it: if only the
+profiles could not be put back, the watchdog is off already. A fault is latched: the session runs
+nothing more, no port is opened again by itself, and the next session finds what was left. Servos
+that have restarted meanwhile have lost what was written to their RAM: all of it, watchdog, profile
+and goal, is written and read back before their torque comes on again.
 """
 
 from __future__ import annotations
 
-import contextlib
+import threading
 from collections.abc import Callable, Sequence
 from typing import Self
 
@@ -32,13 +40,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.driver import power
 from armsyn.driver.checks import check_facts, check_watchdogs, unwatched
 from armsyn.driver.clock import Clock, MonotonicClock
 from armsyn.driver.collector import collector_frozen
 from armsyn.driver.facts import check_models, read_facts
 from armsyn.driver.joints import JointGroup
-from armsyn.driver.models import servo_model
+from armsyn.driver.models import check_known
 from armsyn.driver.realtime import realtime
 from armsyn.driver.recording import Recording
 from armsyn.driver.run import ArmRun
@@ -48,7 +55,7 @@ from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import OnTick, Streamer
 from armsyn.driver.timing import check_rate
 from armsyn.driver.transactions import Bus
-from armsyn.errors import ArmFaultError, DescriptionError
+from armsyn.errors import ArmFaultError
 from armsyn.motion import Motion
 from armsyn.safety import check_trajectory
 
@@ -103,6 +110,7 @@ class ArmSession:
         self.recording: Recording | None = None
         self.fault: BaseException | None = None
         self.unwatched: tuple[int, ...] = ()
+        self._busy = threading.Lock()
         self.stops = StopRequests()
         self.gravity = True
         self.realtime = False
@@ -160,7 +168,7 @@ class ArmSession:
         BusError
             Lost replies.
         """
-        _check_description(arm)
+        check_known(arm)
         bus = Bus(port, arm.servo[0].baud)
         try:
             return cls.attach(
@@ -192,7 +200,7 @@ class ArmSession:
         clock : Clock, optional
             That the stream runs on; the system's monotonic clock by default.
         """
-        _check_description(arm)
+        check_known(arm)
         group = ServoGroup(bus, arm.servo)
         check_models(group, arm.name)
         facts = read_facts(group)
@@ -328,6 +336,19 @@ class ArmSession:
         park: Motion | None,
         on_tick: OnTick | None,
     ) -> Recording:
+        if not self._busy.acquire(blocking=False):
+            raise ArmFaultError("another thread moves the arm in this session: wait for its end")
+        try:
+            return self._run_alone(checked, park, on_tick)
+        finally:
+            self._busy.release()
+
+    def _run_alone(
+        self,
+        checked: Callable[[FloatArray], Motion | SetpointMotion],
+        park: Motion | None,
+        on_tick: OnTick | None,
+    ) -> Recording:
         if self.fault is not None:
             raise ArmFaultError(f"this session has ended with a fault: {self.fault}")
         self.recording = None
@@ -365,42 +386,3 @@ class ArmSession:
             command_success_rate=streamer.watch.success_rate,
             ending=run.ending,
         )
-
-
-def _check_description(arm: ArmDescription) -> None:
-    if not arm.servo:
-        raise DescriptionError(f"{arm.name} has no servos: it is a model only")
-    for servo in arm.servo:
-        servo_model(servo.model, servo.protocol)
-
-
-def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:
-    """Switch off the bus watchdogs that a fault left, and make sure of it.
-
-    Servos that their watchdog has stopped hold where they are, at torque or without as before;
-    the others keep their goals.
-
-    Look at the arm first: this is the operator's word that it may move again.
-
-    Parameters
-    ----------
-    port : str
-    arm : ArmDescription
-
-    Returns
-    -------
-    tuple of int
-        IDs of the servos whose watchdog was armed or had expired.
-
-    Raises
-    ------
-    DescriptionError, PortError, ServoMissingError, ServoMismatchError, BusError
-        As `ArmSession.open`.
-    HardwareFaultError
-        A watchdog that stays on, or a stopped servo that does not take its position as its goal.
-    """
-    _check_description(arm)
-    with contextlib.closing(Bus(port, arm.servo[0].baud)) as bus:
-        group = ServoGroup(bus, arm.servo)
-        check_models(group, arm.name)
-        return power.release_watchdogs(group)
