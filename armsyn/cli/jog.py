@@ -31,8 +31,8 @@ def jog(joint: str, degrees: float, speed: float, **options: Any) -> None:
     Checked like any motion before torque goes on: ranges, collisions. The arm holds afterwards
     with its torque on: `armsyn park` puts it to rest, `armsyn release` lets it go.
     """
+    from armsyn.driver import still_posture
     from armsyn.driver.operate_move import jog as move
-    from armsyn.driver.operate_move import still_posture
 
     with session_on(options) as (there, session):
         before = still_posture(session)

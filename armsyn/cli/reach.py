@@ -181,7 +181,7 @@ def _say_port(name: str, port: str, *, simulated: bool, options: dict[str, Any])
 def _reach(planner: ReachPlanner, port: str, options: dict[str, Any], *, simulated: bool) -> Done:
     import numpy as np
 
-    from armsyn.driver import ArmSession, straight_way
+    from armsyn.driver import ArmSession, still_posture, straight_way
     from armsyn.planning import joined
 
     arm, rate = planner.arm, options["rate_hz"]
@@ -190,7 +190,7 @@ def _reach(planner: ReachPlanner, port: str, options: dict[str, Any], *, simulat
         port, arm, rate, simulated=simulated, accept_no_watchdog=consent
     ) as session:
         session.gravity, session.realtime = not options["no_gravity"], options["realtime"]
-        start = session.read_posture()
+        start = still_posture(session)
         out = planner.plan(start, np.array(options["target"]))
         trajectory, back = out.trajectory, None
         if options["come_back"]:

@@ -112,12 +112,12 @@ def _prepared(arm: ArmDescription, options: dict[str, Any]) -> Replay:
 
 def _way_there(there: Connection, motion: Motion, options: dict[str, Any]) -> Motion | None:
     """The checked way from where the arm is to the motion's start; nothing is written."""
-    from armsyn.driver.monitor import ArmMonitor
+    from armsyn.driver import ArmMonitor, still_posture
     from armsyn.driver.replay import approach
     from armsyn.safety import check_trajectory
 
     with ArmMonitor.open(there.port, there.arm) as monitor:
-        present = monitor.read_posture()
+        present = still_posture(monitor)
     way = approach(present, motion, there.arm, options["rate_hz"])
     if way is not None:
         check_trajectory(way, there.arm, present)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from armsyn.driver.operate import torque_is_on
 from armsyn.driver.path import straight_way
@@ -16,60 +15,12 @@ from armsyn.driver.recording import Recording
 from armsyn.driver.run import PARK_TOLERANCE
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.session import ArmSession
+from armsyn.driver.stillness import still_posture
 from armsyn.driver.stream import OnTick
-from armsyn.errors import InputError, RefusedMotionError
-from armsyn.safety import START_TOLERANCE
+from armsyn.errors import InputError
 
 LARGEST_JOG = math.radians(45.0)
 """What is a little."""
-
-STILL_ANGLE = 0.01
-STILL_TIME = 0.2
-"""rad that no joint moves by, and seconds for which, in an arm that is still."""
-
-LONGEST_WAIT = 8.0
-"""Seconds to wait for that."""
-
-LEANING = 0.5 * START_TOLERANCE
-"""rad that a joint may be beyond its range for a motion to begin at its limit."""
-
-_LOOK = 0.02
-
-FloatArray = NDArray[np.float64]
-
-
-def still_posture(session: ArmSession) -> FloatArray:
-    """Wait until the arm is still: a limp one may be swinging, or in somebody's hands.
-
-    Returns
-    -------
-    array, shape (n,)
-        Angles of the joints, rad; where one is beyond its range by less than `LEANING`, its limit.
-
-    Raises
-    ------
-    RefusedMotionError
-        It has not been still for `STILL_TIME` within `LONGEST_WAIT`.
-    """
-    clock = session.clock
-    posture, since = session.read_posture(), clock.now()
-    end = since + LONGEST_WAIT
-    while clock.now() - since < STILL_TIME:
-        clock.sleep_until(clock.now() + _LOOK)
-        here = session.read_posture()
-        moved = np.abs(here - posture)
-        if moved.max() > STILL_ANGLE:
-            posture, since = here, clock.now()
-        if clock.now() > end:
-            name = session.arm.joint_names[int(np.argmax(moved))]
-            raise RefusedMotionError(
-                f"the arm has been moving for {LONGEST_WAIT:g} s ({name} the most): wait until it"
-                " is still, or hold it until its torque is on"
-            )
-    # a limp arm leans on its stops, which give way a little beyond the range
-    chain = session.arm.chain
-    within = np.clip(here, chain.lower, chain.upper)
-    return np.where(np.abs(within - here) < LEANING, within, here)
 
 
 def jog(
@@ -111,7 +62,7 @@ def jog(
         )
     if not (math.isfinite(speed) and speed > 0.0):
         raise InputError(f"a speed is above 0, got {math.degrees(speed):g} degrees/s")
-    start = still_posture(session)
+    start = still_posture(session, session.clock)
     goal = start.copy()
     row = arm.joint_names.index(joint)
     goal[row] += change
@@ -122,7 +73,7 @@ def jog(
 def is_parked(session: ArmSession) -> bool:
     """Whether the arm is at rest already, within what parking allows, and limp."""
     arm = session.arm
-    if np.abs(still_posture(session) - arm.rest).max() > PARK_TOLERANCE:
+    if np.abs(still_posture(session, session.clock) - arm.rest).max() > PARK_TOLERANCE:
         return False
     return not any(torque_is_on(ServoGroup(session.bus, (*arm.leaders, *arm.shadows))).values())
 
@@ -151,6 +102,6 @@ def park(session: ArmSession, on_tick: OnTick | None = None) -> Recording:
         As `ArmSession.run`.
     """
     arm, rate = session.arm, session.rate_hz
-    way = straight_way(still_posture(session), arm.rest, arm, rate)
+    way = straight_way(still_posture(session, session.clock), arm.rest, arm, rate)
     stay = straight_way(arm.rest, arm.rest, arm, rate)
     return session.run(way, stay, on_tick)
