@@ -16,11 +16,19 @@ from firmware_sim.testing import running
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--port", default=None, help="serial port of a real arm (it will move)")
     parser.addoption("--arm", default="human7", help="name of the arm there")
+    parser.addoption(
+        "--accept-no-watchdog", action="store_true", help="move servos that have none, too"
+    )
 
 
 @pytest.fixture(scope="session")
 def arm(request: pytest.FixtureRequest) -> ArmDescription:
     return load_arm(request.config.getoption("--arm", "human7"))
+
+
+@pytest.fixture(scope="session")
+def consent(request: pytest.FixtureRequest) -> bool:
+    return bool(request.config.getoption("--accept-no-watchdog", False))
 
 
 @pytest.fixture(scope="session")

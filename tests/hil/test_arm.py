@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from armsyn.arm import ArmDescription
-from armsyn.driver import ArmSession, Ending
-from armsyn.driver import registers as reg
+from armsyn.driver import ArmMonitor, ArmSession, Ending
 from armsyn.driver.path import straight_way
+from armsyn.driver.servos import ServoGroup
 from armsyn.errors import BusRateError, PortError, RefusedMotionError
 from armsyn.motion import Motion
 
@@ -19,8 +19,8 @@ DROOP = 0.05
 
 
 @pytest.fixture
-def session(port: str, arm: ArmDescription) -> Iterator[ArmSession]:
-    with ArmSession.open(port, arm, RATE) as opened:
+def session(port: str, arm: ArmDescription, consent: bool) -> Iterator[ArmSession]:
+    with ArmSession.open(port, arm, RATE, accept_no_watchdog=consent) as opened:
         yield opened
 
 
@@ -35,9 +35,10 @@ def out_and_back(session: ArmSession) -> tuple[Motion, Motion]:
     )
 
 
-def read(session: ArmSession, register: reg.Register) -> set[int]:
-    ids = tuple(servo.id for servo in session.arm.servo)
-    return set(session.bus.read_all(register, ids).values())
+def read(session: ArmSession, register: str) -> set[int]:
+    """Values of a register in the servos of all joints, shadows among them; no gripper's."""
+    moving = (*session.arm.leaders, *session.arm.shadows)
+    return set(ServoGroup(session.bus, moving).read(register).values())
 
 
 def test_it_goes_there_and_back(session: ArmSession) -> None:
@@ -49,8 +50,8 @@ def test_it_goes_there_and_back(session: ArmSession) -> None:
         assert np.abs(session.read_posture() - way.angles[-1]).max() < DROOP
         assert recording.ticks >= way.frames
         assert np.all(np.diff(recording.time_s) > 0.0)
-    assert read(session, reg.TORQUE_ENABLE) == {1}
-    assert read(session, reg.BUS_WATCHDOG) == {0}
+    assert read(session, "Torque Enable") == {1}
+    assert read(session, "Bus Watchdog") <= {0}
 
 
 def test_a_request_to_stop_stops_it(session: ArmSession) -> None:
@@ -76,9 +77,21 @@ def test_a_wrong_start_moves_nothing(session: ArmSession) -> None:
     assert np.abs(session.read_posture() - before).max() < 0.01
 
 
-def test_a_rate_beyond_the_wire_is_refused(port: str, arm: ArmDescription) -> None:
+def test_a_rate_beyond_the_wire_is_refused(port: str, arm: ArmDescription, consent: bool) -> None:
     with pytest.raises(BusRateError, match="one cycle of"):
-        ArmSession.open(port, arm, 5000.0)
+        ArmSession.open(port, arm, 5000.0, accept_no_watchdog=consent)
+
+
+def test_looking_sees_what_a_session_sees(port: str, arm: ArmDescription) -> None:
+    with ArmMonitor.open(port, arm) as monitor:
+        assert monitor.missing == ()
+        seen = monitor.read_posture()
+        polled = [monitor.poll(turn) for turn in range(monitor.polls)]
+        again = monitor.read_state()
+        assert again.fresh.all()
+        assert np.abs(again.position - seen).max() < DROOP
+        assert np.isfinite(again.temperature).all()
+    assert all(health is not None for health in polled)
 
 
 def test_the_port_is_ours_alone(session: ArmSession, port: str, arm: ArmDescription) -> None:
