@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.driver.path import Path, straight_way
+from armsyn.driver.path import straight_way
 from armsyn.driver.recording import Recording
 from armsyn.driver.recording_load import load_recording
 from armsyn.errors import FormatError, InputError
@@ -24,6 +24,9 @@ FloatArray = NDArray[np.float64]
 
 SMOOTHING = 4.0
 """Hz of the low-pass for measured angles, whose ticks alone would exceed every acceleration."""
+
+_SAME = 1e-3
+"""Part of a time step by which steps of one rate may differ: files round."""
 
 _RECORDED = "recording of "
 """How the source of a recording's measured motion begins (`Recording.source`)."""
@@ -44,7 +47,7 @@ class Replay(NamedTuple):
     what: str
 
 
-def load_replay(path: FilePath, arm: ArmDescription, rate: float) -> Replay:
+def load_replay(path: Path, arm: ArmDescription, rate: float) -> Replay:
     """Read a trajectory or a recording.
 
     A recording of a run is streamed as what was wanted of the arm then; one of an arm that was
@@ -97,7 +100,7 @@ def load_replay(path: FilePath, arm: ArmDescription, rate: float) -> Replay:
     )
 
 
-def _recording_of(path: FilePath) -> Recording | None:
+def _recording_of(path: Path) -> Recording | None:
     """The recording in a file; None where the file is only a motion."""
     try:
         return load_recording(path)
@@ -112,11 +115,27 @@ def _resampled(
     duration = float(time[-1])
     if duration * rate > MAXIMUM_SAMPLES:
         raise InputError(f"{source}: {duration:.0f} s at {rate:g} Hz is too long: cut it")
-    path = Path(Motion(time, arm.joint_names, angles))
-    frames = max(2, math.ceil(duration * rate - 1e-6) + 1)
-    grid = np.arange(frames) / rate
-    # a grid that is the file's own gives the file's own samples
-    return Motion(grid, arm.joint_names, np.array([path.at(t) for t in grid]), source=source)
+    steps = np.diff(time)
+    if np.abs(steps - 1.0 / rate).max() < _SAME * steps.max():  # nothing to interpolate
+        return Motion(np.arange(time.size) / rate, arm.joint_names, angles, source=source)
+    # the arm rests before and after, so that interpolation must begin and end at rest
+    time = np.concatenate([[0.0], time + steps[0], [duration + steps[0] + steps[-1]]])
+    angles = np.concatenate([angles[:1], angles, angles[-1:]])
+    grid = np.arange(math.ceil(float(time[-1]) * rate - 1e-6) + 1) / rate
+    return Motion(grid, arm.joint_names, _spline(time, angles, grid), source=source)
+
+
+def _spline(time: FloatArray, angles: FloatArray, at: FloatArray) -> FloatArray:
+    """Angles between samples by cubic splines, at rest at both ends.
+
+    Their accelerations are continuous, and so not greater than those of the motion that was
+    sampled, as the monotone cubics' that streams interpolate with are; they may overshoot a
+    little, which is judged like all else.
+    """
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415 - half a second, for this only
+
+    spline = CubicSpline(time, angles, bc_type="clamped")
+    return np.asarray(spline(np.minimum(at, time[-1])), dtype=np.float64)
 
 
 def slowed(motion: Motion, factor: float, rate: float) -> Motion:
@@ -125,13 +144,12 @@ def slowed(motion: Motion, factor: float, rate: float) -> Motion:
         raise InputError(f"a motion cannot take {factor:g} times its time: give a positive number")
     if factor == 1.0 or motion.angles is None:
         return motion
-    path, names = Path(motion), motion.joint_names
     frames = max(2, math.ceil(motion.duration * factor * rate - 1e-6) + 1)
     if frames > MAXIMUM_SAMPLES:
         raise InputError(f"{motion.source}: {factor:g} times slower is too long: cut it")
     grid = np.arange(frames) / rate
-    angles = np.array([path.at(t / factor) for t in grid])
-    return Motion(grid, names, angles, source=motion.source)
+    angles = _spline(motion.time - motion.time[0], motion.angles, grid / factor)
+    return Motion(grid, motion.joint_names, angles, source=motion.source)
 
 
 def looped(motion: Motion, times: int, arm: ArmDescription, rate: float) -> Motion:
