@@ -80,8 +80,8 @@ def person(monkeypatch: pytest.MonkeyPatch) -> Callable[..., ScriptedPerson]:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    for name in ("koch", "openmanipulator_x"):
-        shutil.copy(CALIBRATION / f"{name}.toml", tmp_path)
+    shutil.copy(CALIBRATION / "koch.toml", tmp_path)
+    (tmp_path / f"{SMALL}.toml").write_text(DESCRIPTION)
     return tmp_path
 
 
@@ -224,12 +224,57 @@ def test_scan_says_what_it_found(call: Call, lone: RunningSimulator) -> None:
 
 # an arm that hands move
 
-OMX = "openmanipulator_x"
+SMALL = "small"
+REST = {1: 2048, 2: 2374}
+DESCRIPTION = """
+schema = "armsyn-arm-1"
+name = "small"
+title = "two joints"
+landmarks = { hand = "tip" }
+tip = { xyz = [0.2, 0.0, 0.0] }
+
+[[joint]]
+name = "pan"
+axis = [0.0, 0.0, 1.0]
+lower = -2.0
+upper = 2.0
+rest = 0.0
+max_velocity = 3.0
+max_acceleration = 10.0
+
+[[joint]]
+name = "bend"
+xyz = [0.1, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+lower = -1.5
+upper = 1.5
+rest = 0.5
+max_velocity = 3.0
+max_acceleration = 10.0
+
+[[servo]]
+joint = "pan"
+id = 1
+model = "xm430-w350"
+zero_tick = 2048
+rest_tick = 2048
+supply_voltage = 12.0
+
+[[servo]]
+joint = "bend"
+id = 2
+model = "xm430-w350"
+zero_tick = 2048
+rest_tick = 2374
+supply_voltage = 12.0
+"""
 
 
 @pytest.fixture(scope="module")
-def arm() -> Iterator[RunningSimulator]:
-    with simulated(arguments=("--arm", OMX, "--calibration", str(CALIBRATION))) as simulator:
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningSimulator]:
+    place = tmp_path_factory.mktemp("arm")
+    (place / f"{SMALL}.toml").write_text(DESCRIPTION)
+    with simulated(arguments=("--arm", SMALL, "--calibration", str(place))) as simulator:
         yield simulator
 
 
@@ -265,24 +310,25 @@ def nothing(look: Callable[[], str]) -> None:
 def test_an_arm_is_calibrated_by_its_rest_posture(
     call: Call, person: Callable[..., ScriptedPerson], arm: RunningSimulator, folder: Path
 ) -> None:
-    where = ("--arm", OMX, "--port", arm.port, "--calibration", folder)
-    asked = person(nothing, True)
+    where = ("--arm", SMALL, "--port", arm.port, "--calibration", folder)
+    asked = person(hand(arm, REST), True)
     assert call("calibrate", *where, "--name", "left").status == 0
-    assert "Rest posture of openmanipulator_x" in asked.said
-    path = folder / f"{OMX}-left.calibration.json"
+    assert "Rest posture of small" in asked.said
+    path = folder / f"{SMALL}-left.calibration.json"
     calibration = read_calibration(path)
-    described = load_arm(OMX, folder)
+    described = load_arm(SMALL, folder)
     assert (calibration.name, calibration.method) == ("left", "rest")
-    assert [s.zero_tick for s in calibration.servo] == [s.zero_tick for s in described.servo]
+    zeros = [servo.zero_tick for servo in described.servo]
+    assert [s.zero_tick for s in calibration.servo] == pytest.approx(zeros, abs=NEAR)
     checked = call("calibrate", *where, "--name", "left", "--check", "--at-rest", "--json")
     assert checked.status == 0
     assert checked.document["problems"] == []
 
-    person(nothing, False)
+    person(hand(arm, REST), False)
     before = path.read_bytes()
     assert call("calibrate", *where, "--name", "left").status == 0
     assert path.read_bytes() == before
-    person(nothing, True)
+    person(hand(arm, REST), True)
     assert call("calibrate", *where, "--name", "left").status == 0
     assert path.with_name(f"{path.name}.old").read_bytes() == before
 
@@ -290,17 +336,16 @@ def test_an_arm_is_calibrated_by_its_rest_posture(
 def test_who_gives_up_in_the_middle_has_no_calibration(
     call: Call, person: Callable[..., ScriptedPerson], arm: RunningSimulator, folder: Path
 ) -> None:
-    where = ("--arm", OMX, "--port", arm.port, "--calibration", folder)
-    person(nothing, hand(arm, {11: 2400}), KeyboardInterrupt())
+    where = ("--arm", SMALL, "--port", arm.port, "--calibration", folder)
+    person(nothing, hand(arm, {1: 2400}), KeyboardInterrupt())
     assert call("calibrate", *where, "--method", "hand").status == 130
     assert not list(folder.glob("*.calibration.json*"))
-    arm.inject("hand:id=11,to=2048,speed=10,for=0.5")
 
 
 def test_an_arm_is_calibrated_by_hand(
     call: Call, person: Callable[..., ScriptedPerson], arm: RunningSimulator, folder: Path
 ) -> None:
-    rest = {servo.id: servo.rest_tick for servo in load_arm(OMX, folder).servo}
+    rest = {servo.id: servo.rest_tick for servo in load_arm(SMALL, folder).servo}
     steps: list[object] = [hand(arm, rest)]
     for servo_id, tick in rest.items():
         steps += [
@@ -308,19 +353,19 @@ def test_an_arm_is_calibrated_by_hand(
             hand(arm, {servo_id: tick + 350}),
             hand(arm, {servo_id: tick + 500}, {servo_id: tick - 500}, {servo_id: tick}),
         ]
-    steps += [hand(arm, {11: rest[11] + 400}), hand(arm, rest), True]
+    steps += [hand(arm, {1: rest[1] + 400}), hand(arm, rest), True]
     asked = person(*steps)
-    where = ("--arm", OMX, "--port", arm.port, "--calibration", folder)
+    where = ("--arm", SMALL, "--port", arm.port, "--calibration", folder)
     outcome = call("calibrate", *where, "--method", "hand", "--json")
     assert outcome.status == 0, outcome.err
     assert not asked.script
     assert asked.said.count("has hardly moved") == len(rest)
-    assert "It is not where it was at the beginning (joint1 by +3" in asked.said
+    assert "It is not where it was at the beginning (pan by +3" in asked.said
     for servo in outcome.document["calibration"]["servo"]:
         middle = rest[servo["id"]]
         assert servo["range_ticks"] == pytest.approx((middle - 500, middle + 500), abs=2 * NEAR)
         assert servo["direction"] == 1
-    limits = [load_arm(OMX, folder, calibrated=c).joint[3].upper for c in (True, False)]
+    limits = [load_arm(SMALL, folder, calibrated=c).joint[1].upper for c in (True, False)]
     assert limits[0] < limits[1]
 
 
