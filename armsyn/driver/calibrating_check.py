@@ -103,7 +103,7 @@ def check_calibration(
     problems = [
         problem
         for found, servo in zip(facts, servos, strict=True)
-        for problem in (*_settings(found, servo), *_place(servo, limits, at_rest=at_rest))
+        for problem in (*_settings(found, servo, arm), *_place(servo, limits, at_rest=at_rest))
     ]
     present = {servo.calibration.id: servo.present for servo in servos}
     for shadow in arm.shadows:
@@ -120,12 +120,15 @@ def _beside(facts: ServoFacts, calibration: ServoCalibration, rest: float) -> Ch
     return CheckedServo(calibration, facts.present_position, angle, rest)
 
 
-def _settings(facts: ServoFacts, servo: CheckedServo) -> Iterator[str]:
+def _settings(facts: ServoFacts, servo: CheckedServo, arm: ArmDescription) -> Iterator[str]:
     wanted = servo.calibration
+    # a gripper changes its mode as it grips
+    grips = arm.gripper is not None and facts.joint == arm.gripper.name
+    mode = wanted.operating_mode if grips else facts.operating_mode
     for name, now, then in (
         ("firmware", facts.firmware, wanted.firmware),
         ("drive mode", facts.drive_mode, wanted.drive_mode),
-        ("operating mode", facts.operating_mode, wanted.operating_mode),
+        ("operating mode", mode, wanted.operating_mode),
         ("homing offset", facts.homing_offset, wanted.homing_offset),
     ):
         if now != then:

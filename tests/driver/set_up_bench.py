@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from armsyn.arm import ArmDescription, ServoDescription
+from armsyn.arm.calibration_file import ArmCalibration
+from armsyn.driver.calibrating import ArmCalibrator
 from armsyn.driver.eeprom import EepromImage
 from armsyn.driver.setup import ServoPlan, find_lone_servo, plan_servo
 from armsyn.driver.setup_restore import RestorePlan
@@ -158,3 +163,41 @@ def carried_out(bus: SteppedLineBus, plan: ServoPlan) -> EepromImage:
 def names(plan: ServoPlan | RestorePlan) -> list[str]:
     """Registers that a plan writes, in its order."""
     return [change.name for change in plan.changes]
+
+
+def remounted(arm: ArmDescription, **servos: dict[str, int]) -> ArmDescription:
+    """The same arm with horns screwed on otherwise: ``s12={"zero_tick": 2100}``."""
+    rest = {joint.name: joint.rest for joint in arm.joint}
+    if arm.gripper is not None:
+        rest[arm.gripper.name] = arm.gripper.rest_angle
+    changed = []
+    for servo in arm.servo:
+        fields: dict[str, Any] = servos.get(f"s{servo.id}", {})
+        found = msgspec.structs.replace(servo, **fields)
+        lies = found.zero_tick + found.direction * rest[servo.joint] / (math.tau / 4096)
+        changed.append(msgspec.structs.replace(found, rest_tick=round(lies)))
+    return msgspec.structs.replace(arm, servo=tuple(changed))
+
+
+def calibrator_of(
+    folder: Path, real: ArmDescription, described: ArmDescription, **settings: Any
+) -> tuple[SteppedLineBus, ArmCalibrator]:
+    bus = arm_bench(folder, real.servo, **settings)
+    return bus, ArmCalibrator(bus, described)
+
+
+def by_rest(calibrator: ArmCalibrator) -> ArmCalibration:
+    assert calibrator.mark_rest()
+    return calibrator.result("rest", None)
+
+
+def loose(
+    folder: Path, arm: ArmDescription, start: dict[int, int] | None = None
+) -> tuple[SteppedLineBus, ArmCalibrator]:
+    """The arm with horns that do not hold on to each other."""
+    servos = [
+        msgspec.structs.replace(s, joint=f"{s.joint} {s.id}", shadow_of=None) for s in arm.servo
+    ]
+    registers = {s.id: {"Secondary(Shadow) ID": s.shadow_of} for s in arm.servo if s.shadow_of}
+    bus = arm_bench(folder, servos, registers, start)
+    return bus, ArmCalibrator(bus, arm)

@@ -6,18 +6,19 @@ import math
 from pathlib import Path
 from typing import Any
 
-import msgspec
-import numpy as np
 import pytest
 
 from armsyn.arm import ArmDescription, load_arm
-from armsyn.arm.calibration_file import ArmCalibration, angle_of, with_calibration
+from armsyn.arm.calibration_file import angle_of, with_calibration
 from armsyn.driver.calibrating import LEAST_MOVE, ArmCalibrator
-from armsyn.driver.calibrating_check import check_calibration
-from armsyn.driver.calibrating_pairs import ALIGNED_TICKS, align, misalignments
-from armsyn.driver.calibrating_words import positive_direction
 from armsyn.errors import ArmFaultError, ServoMismatchError, TorqueOnError
-from tests.driver.set_up_bench import SteppedLineBus, arm_bench, move
+from tests.driver.set_up_bench import (
+    arm_bench,
+    by_rest,
+    calibrator_of,
+    move,
+    remounted,
+)
 
 
 @pytest.fixture(scope="module")
@@ -28,32 +29,6 @@ def omx() -> ArmDescription:
 @pytest.fixture(scope="module")
 def widowx() -> ArmDescription:
     return load_arm("widowx_250s", calibrated=False)
-
-
-def remounted(arm: ArmDescription, **servos: dict[str, int]) -> ArmDescription:
-    """The same arm with horns screwed on otherwise: ``s12={"zero_tick": 2100}``."""
-    rest = {joint.name: joint.rest for joint in arm.joint}
-    if arm.gripper is not None:
-        rest[arm.gripper.name] = arm.gripper.rest_angle
-    changed = []
-    for servo in arm.servo:
-        fields: dict[str, Any] = servos.get(f"s{servo.id}", {})
-        found = msgspec.structs.replace(servo, **fields)
-        lies = found.zero_tick + found.direction * rest[servo.joint] / (math.tau / 4096)
-        changed.append(msgspec.structs.replace(found, rest_tick=round(lies)))
-    return msgspec.structs.replace(arm, servo=tuple(changed))
-
-
-def calibrator_of(
-    folder: Path, real: ArmDescription, described: ArmDescription, **settings: Any
-) -> tuple[SteppedLineBus, ArmCalibrator]:
-    bus = arm_bench(folder, real.servo, **settings)
-    return bus, ArmCalibrator(bus, described)
-
-
-def by_rest(calibrator: ArmCalibrator) -> ArmCalibration:
-    assert calibrator.mark_rest()
-    return calibrator.result("rest", None)
 
 
 def test_zero_comes_from_the_rest_posture(tmp_path: Path, omx: ArmDescription) -> None:
@@ -239,155 +214,3 @@ def test_protocol_1_and_coarse_encoders(tmp_path: Path) -> None:
     assert calibrator.mark_direction("forearm_yaw", began) == -1
     zeros = [servo.zero_tick for servo in calibrator.result("hand", None).servo]
     assert zeros == pytest.approx([servo.zero_tick for servo in arm.servo], abs=1)
-
-
-# dual joints
-
-
-def test_aligned_pairs_are_left_alone(tmp_path: Path, widowx: ArmDescription) -> None:
-    _, calibrator = calibrator_of(tmp_path, widowx, widowx)
-    assert calibrator.mark_rest()
-    assert misalignments(calibrator) == ()
-
-
-@pytest.mark.parametrize("off", [-90, 40])
-def test_a_pair_is_aligned_by_the_seconds_homing_offset(
-    tmp_path: Path, widowx: ArmDescription, off: int
-) -> None:
-    lies = {servo.id: servo.rest_tick for servo in widowx.servo}
-    bus, calibrator = calibrator_of(tmp_path, widowx, widowx, start=lies | {5: lies[5] + off})
-    (found,) = misalignments(calibrator)
-    assert (found.shadow.id, found.apart) == (5, pytest.approx(-off, abs=2))
-    align(calibrator, found)
-    assert bus.value(5, "Homing Offset") == found.change.wanted
-    calibrator.follow_anew()
-    present = calibrator.follower.ticks
-    assert abs(present[5] - present[4]) <= ALIGNED_TICKS
-    calibration = by_rest(calibrator)
-    by_id = {servo.id: servo for servo in calibration.servo}
-    assert by_id[5].homing_offset == found.change.wanted
-    assert by_id[5].zero_tick == pytest.approx(by_id[4].zero_tick, abs=2)
-
-
-def test_a_horn_that_is_far_off_must_be_screwed_on_anew(
-    tmp_path: Path, widowx: ArmDescription
-) -> None:
-    bus, calibrator = loose(tmp_path, widowx, {5: 1500})
-    with pytest.raises(ServoMismatchError, match="screw its horn on"):
-        misalignments(calibrator)
-    assert bus.value(5, "Homing Offset") == 0
-
-
-def loose(
-    folder: Path, arm: ArmDescription, start: dict[int, int] | None = None
-) -> tuple[SteppedLineBus, ArmCalibrator]:
-    """The arm with horns that do not hold on to each other."""
-    servos = [
-        msgspec.structs.replace(s, joint=f"{s.joint} {s.id}", shadow_of=None) for s in arm.servo
-    ]
-    registers = {s.id: {"Secondary(Shadow) ID": s.shadow_of} for s in arm.servo if s.shadow_of}
-    bus = arm_bench(folder, servos, registers, start)
-    return bus, ArmCalibrator(bus, arm)
-
-
-@pytest.mark.parametrize(
-    ("way", "said"), [(-1, "other way round"), (0, "horn is loose"), (2, "horn is loose")]
-)
-def test_pairs_that_do_not_turn_alike_are_refused(
-    tmp_path: Path, widowx: ArmDescription, way: int, said: str
-) -> None:
-    bus, calibrator = loose(tmp_path, widowx)
-    assert calibrator.mark_rest()
-    began = dict(calibrator.follower.look())
-    goals = {2: began[2] + 300, 3: began[3] + way * 300}
-    move(bus, calibrator.follower.look, goals, 1.5)
-    with pytest.raises(ServoMismatchError, match=said):
-        calibrator.mark_direction("shoulder", began)
-
-
-def test_an_alignment_that_does_not_hold_is_undone(tmp_path: Path, widowx: ArmDescription) -> None:
-    bus, calibrator = loose(tmp_path, widowx)
-    move(bus, calibrator.follower.look, {5: widowx.servo[4].rest_tick + 60})
-    (found,) = misalignments(calibrator)
-    move(bus, calibrator.follower.look, {5: widowx.servo[4].rest_tick - 60})
-    with pytest.raises(ServoMismatchError, match="the old offset is back"):
-        align(calibrator, found)
-    assert bus.value(5, "Homing Offset") == 0
-
-
-# words
-
-
-def test_positive_directions_move_the_hand_as_said() -> None:
-    """The hand is moved by the joint and looked at, instead of differentiated."""
-    ways = {"forward": (0, 1), "backward": (0, -1), "to its left": (1, 1), "to its right": (1, -1)}
-    ways |= {"up": (2, 1), "down": (2, -1)}
-    for name in ("human7", "koch", "widowx_250s", "openmanipulator_x"):
-        arm = load_arm(name, calibrated=False)
-        turn = np.array(
-            [
-                [math.cos(arm.facing), math.sin(arm.facing), 0.0],
-                [-math.sin(arm.facing), math.cos(arm.facing), 0.0],
-                [0.0, 0.0, 1.0],
-            ]
-        )
-        for row, joint in enumerate(arm.joint_names):
-            words = positive_direction(arm, joint)
-            moved = arm.rest.copy()
-            moved[row] += 0.05
-            step = turn @ (arm.chain.forward(moved).tip - arm.chain.forward(arm.rest).tip)
-            if not words.startswith("the hand goes "):
-                assert np.linalg.norm(step) < 0.05 * 0.035
-                continue
-            for way in words.removeprefix("the hand goes ").split(" and "):
-                axis, sign = ways[way]
-                assert sign * step[axis] > 0.3 * np.abs(step).max(), (name, joint, words)
-
-
-# check
-
-
-def test_an_arm_as_calibrated_has_no_problems(tmp_path: Path, omx: ArmDescription) -> None:
-    real = remounted(omx, s11={"zero_tick": 2200})
-    bus, calibrator = calibrator_of(tmp_path, real, omx)
-    calibration = by_rest(calibrator)
-    found = check_calibration(bus, omx, calibration, at_rest=True)
-    assert found.problems == ()
-    assert [servo.angle for servo in found.servos] == pytest.approx(
-        [servo.rest for servo in found.servos], abs=0.002
-    )
-
-
-@pytest.mark.parametrize(
-    ("settings", "said"),
-    [
-        ({"registers": {13: {"Homing Offset": 50}}}, "homing offset is 50, was 0"),
-        ({"registers": {13: {"Operating Mode": 4}}}, "operating mode is 4, was 3"),
-        ({"start": {11: 2400}}, "off rest"),
-        ({"start": {12: 3900}}, "beyond its limits"),
-    ],
-)
-def test_what_has_changed_is_a_problem(
-    tmp_path: Path, omx: ArmDescription, settings: dict[str, Any], said: str
-) -> None:
-    _, calibrator = calibrator_of(tmp_path, omx, omx)
-    calibration = by_rest(calibrator)
-    bus = arm_bench(tmp_path, omx.servo, **settings)
-    found = check_calibration(bus, omx, calibration, at_rest=True)
-    assert any(said in problem for problem in found.problems), found.problems
-
-
-def test_another_model_and_a_missing_servo_are_problems(
-    tmp_path: Path, omx: ArmDescription
-) -> None:
-    _, calibrator = calibrator_of(tmp_path, omx, omx)
-    calibration = by_rest(calibrator)
-    others = [msgspec.structs.replace(omx.servo[0], model="xm430-w210"), *omx.servo[1:]]
-    (problem,) = check_calibration(arm_bench(tmp_path, others), omx, calibration).problems
-    assert "is a xm430-w210" in problem
-    (problem,) = check_calibration(arm_bench(tmp_path, omx.servo[1:]), omx, calibration).problems
-    assert "no answer from servo 11" in problem
-    koch = load_arm("koch", calibrated=False)
-    bus = arm_bench(tmp_path, omx.servo)
-    (problem,) = check_calibration(bus, koch, calibration).problems
-    assert "does not fit" in problem
