@@ -111,7 +111,23 @@ def connected(options: dict[str, Any]) -> Iterator[Connection]:
         bodies = " under gravity" if options["plant"] == "mujoco" else ""
         where = f"simulated {arm.name}{bodies} on {simulated} (firmware_sim; no hardware moves)"
         _say(where, options)
-        yield Connection(arm, simulated, simulated=True)
+        yield Connection(in_its_world(arm, options["plant"]), simulated, simulated=True)
+
+
+def in_its_world(arm: ArmDescription, plant: str | None) -> ArmDescription:
+    """The arm as it is simulated: independent joints have no weight that goals must lead against.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    plant : str or None
+        One of the `PLANTS`; None for the default.
+    """
+    import msgspec
+
+    if plant == "mujoco":
+        return arm
+    return msgspec.structs.replace(arm, gravity=(0.0, 0.0, 0.0))
 
 
 def started(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from armsyn.cli.arm_options import DEFAULT_ARM, arm_options, started
+from armsyn.cli.arm_options import DEFAULT_ARM, arm_options, in_its_world, started
 from armsyn.cli.choices import IKS, MODELS
 
 if TYPE_CHECKING:
@@ -121,6 +121,8 @@ def reach(**options: Any) -> None:
     name, directory = options["arm_name"] or DEFAULT_ARM, options["calibration"]
     _check(options)
     arm = load_arm(name, directory).slowed(options["slower"])
+    if not options["port"]:
+        arm = in_its_world(arm, options["plant"])
     library = load_library(find_file(name, ".synergies.json", directory))
     if options["raw"] and options["model"]:
         raise InputError("--raw is model A: give either --raw or --model")

@@ -147,8 +147,7 @@ def _run(there: Connection, motion: Motion, options: dict[str, Any]) -> list[Rec
         motions,
         simulated=there.simulated,
         accept_no_watchdog=options["accept_no_watchdog"],
-        # simulated joints without bodies have no weight
-        gravity=not options["no_gravity"] and (not there.simulated or options["plant"] == "mujoco"),
+        gravity=not options["no_gravity"],
         realtime=options["realtime"],
     )
     run = run_in_process if options["own_process"] else run_here
