@@ -4,7 +4,6 @@ The goal for the success rate (1.0 in the median of the runs, over the last 100 
 all of them) is for 60 s a run, the goal for memory (flat) for 10 minutes: ``--runs 5 --seconds 60
 --memory-seconds 600``. By default shorter ones are made, and the print says so. Beside it stands
 how a bare loop of sleeping to deadlines does, without any bus: what the machine takes away.
-
 """
 
 from __future__ import annotations
@@ -21,11 +20,12 @@ from pathlib import Path
 import numpy as np
 
 from armsyn.arm import load_arm
-from armsyn.driver import ArmSession
+from armsyn.driver import ArmSession, Ending
 from armsyn.driver.clock import MonotonicClock
 from armsyn.driver.collector import collector_frozen
 from armsyn.driver.joints import JointState
 from armsyn.driver.path import minimum_jerk
+from armsyn.errors import ArmFaultError
 from firmware_sim.testing import running
 
 RATE = 200.0
@@ -62,7 +62,16 @@ def stream(port: str, seconds: float, *, realtime: bool) -> dict[str, float]:
 
     with ArmSession.open(port, arm, RATE, simulated=True) as session:
         session.gravity, session.realtime = False, realtime
-        recording = session.run_setpoint(wanted, seconds, on_tick)
+        try:
+            session.run_setpoint(wanted, seconds, on_tick)
+        except ArmFaultError as error:
+            print(f"  {error}", file=sys.stderr)
+        recording = session.recording
+    if recording is None or recording.ending is not Ending.COMPLETED:
+        return dict.fromkeys(("success", "success_all", "missed", "ticks"), 0.0) | {
+            "longest_gap_ms": float("nan"),
+            "growth_mb": grown["end"] - grown["begin"],
+        }
     whole = ~recording.stale.any(axis=1)
     return {
         "success": recording.command_success_rate,
