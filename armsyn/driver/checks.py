@@ -53,9 +53,8 @@ def check_facts(facts: Sequence[ServoFacts], arm: ArmDescription) -> None:
         An operating mode, drive mode, homing offset or secondary ID that this driver cannot
         stream to, another direction than described, or turns that nobody has counted.
     """
-    gripper = arm.gripper_servo
     for servo in facts:
-        if gripper is None or servo.servo_id != gripper.id:
+        if servo.joint in arm.joint_names:
             _check_mode(servo)
             _check_turns(servo, arm)
             _check_drive_mode(servo)

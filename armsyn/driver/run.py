@@ -100,8 +100,8 @@ class ArmRun:
         remarks: tuple[str, ...] = (),
     ) -> None:
         self.joints = joints
-        gripper = arm.gripper_servo
-        self.group = joints.group.only(s for s in joints.group.servos if s is not gripper)
+        moving = (servo for servo in joints.group.servos if servo.joint in arm.joint_names)
+        self.group = joints.group.only(moving)
         self.arm = arm
         self.rate_hz = rate_hz
         self.stops = stops

@@ -49,7 +49,7 @@ with ArmSession.open(sys.argv[1], slow, 200.0) as session:
     goal[3] += 1.0
     recording = session.run(straight_way(arm.rest, goal, slow, 200.0), on_tick=on_tick)
     print(recording.ending.name, flush=True)
-    print(*arm.calibration.to_ticks(recording.commanded_rad[-1]), flush=True)
+    print(*arm.calibration.to_ticks(recording.sent_rad[-1]), flush=True)
 """
 
 
