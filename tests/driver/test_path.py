@@ -35,7 +35,9 @@ def test_between_samples_a_path_never_leaves_their_range(values: list[float]) ->
 @given(ANGLES)
 def test_interpolation_of_scipy(values: list[float]) -> None:
     # scipy's slopes at the two ends differ; in between both are Fritsch and Butland's
-    path, other = Path(motion(values)), PchipInterpolator(np.arange(len(values)) * 0.1, values)
+    path = Path(motion(values))
+    with np.errstate(over="ignore"):  # scipy divides by slopes, however small
+        other = PchipInterpolator(np.arange(len(values)) * 0.1, values)
     for k in range(1, len(values) - 2):
         assert path.at((k + 0.3) * 0.1)[0] == pytest.approx(float(other((k + 0.3) * 0.1)), abs=1e-9)
 
