@@ -50,7 +50,8 @@ from armsyn.driver.realtime import realtime
 from armsyn.driver.recording import Recording
 from armsyn.driver.run import ArmRun
 from armsyn.driver.servos import ServoGroup
-from armsyn.driver.setpoint import Setpoint, SetpointMotion, SetpointThread, check_longest
+from armsyn.driver.setpoint import SetpointMotion, check_longest
+from armsyn.driver.setpoint_thread import Setpoint, SetpointThread
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import OnTick, Streamer
 from armsyn.driver.timing import check_rate
@@ -295,13 +296,13 @@ class ArmSession:
 
         Each setpoint is judged before it is sent. An exception of the function is a fault: the arm
         is held, and it is raised here. A function that does not answer within
-        `armsyn.driver.setpoint.PATIENCE` is a fault, too.
+        `armsyn.driver.setpoint_thread.PATIENCE` is a fault, too.
 
         Parameters
         ----------
         setpoint : callable
-            ``setpoint(t, state) -> posture or None``, see `armsyn.driver.setpoint.Setpoint`. It
-            is called in a thread of its own.
+            ``setpoint(t, state) -> posture or None``, called in a thread of its own; see
+            `armsyn.driver.setpoint_thread.Setpoint`.
         longest : float
             Seconds after which the arm comes to rest, unless the function is finished earlier.
         on_tick : callable, optional

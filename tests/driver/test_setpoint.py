@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from armsyn.arm import ArmDescription
-from armsyn.driver import Ending, Recording, setpoint
+from armsyn.driver import Ending, Recording
 from armsyn.driver.course import Coast
 from armsyn.driver.joints import JointState
 from armsyn.driver.path import minimum_jerk
+from armsyn.driver.setpoint_thread import PATIENCE, Setpoint
 from armsyn.driver.timing import WATCHDOG_SECONDS, WATCHDOG_UNITS
 from armsyn.errors import ArmFaultError, CommandFaultError, InputError, LimitError, SetpointError
 from tests.driver.stepped import SteppedArm
@@ -19,9 +20,7 @@ ARMED, DISARMED = [WATCHDOG_UNITS] * 7, [0] * 7
 ELBOW = 3
 
 
-def circle(
-    arm: ArmDescription, size: float = 0.3, turns_per_second: float = 0.25
-) -> setpoint.Setpoint:
+def circle(arm: ArmDescription, size: float = 0.3, turns_per_second: float = 0.25) -> Setpoint:
     """Elbow and wrist go to and fro, from rest."""
 
     def wanted(t: float, _: JointState) -> np.ndarray:
@@ -216,7 +215,7 @@ def test_a_function_may_not_take_long_even_if_it_returns(stepped: SteppedArm) ->
 
 
 def test_patience_ends_before_the_servos_watchdog() -> None:
-    assert 2 * setpoint.PATIENCE < WATCHDOG_SECONDS
+    assert 2 * PATIENCE < WATCHDOG_SECONDS
 
 
 def test_coasting_is_half_of_full_speed_long_and_stays_in_range() -> None:
