@@ -51,6 +51,12 @@ calibration_option = click.option(
     metavar="DIR",
     help="The only folder to look for the arm's files in.",
 )
+unit_option = click.option(
+    "--name",
+    "unit",
+    metavar="NAME",
+    help="Which of several arms of this kind, such as left: its own calibration is used.",
+)
 plant_option = click.option(
     "--plant",
     type=click.Choice(PLANTS),
@@ -63,10 +69,49 @@ json_option = click.option(
 
 
 def arm_options(command: Command) -> Command:
-    """Give a command ``--port``, ``--arm``, ``--calibration``, ``--plant`` and ``--json``."""
-    for option in (json_option, plant_option, calibration_option, arm_option, port_option):
+    """Give a command the options that say which arm, where, and whether in JSON."""
+    options = (json_option, plant_option, calibration_option, unit_option, arm_option, port_option)
+    for option in options:
         command = option(command)
     return command
+
+
+def arm_of(options: dict[str, Any]) -> ArmDescription:
+    """Load the arm that options mean.
+
+    A simulated one has the zeros of its description, whatever a real one's calibration says, and
+    no weight where its joints are independent.
+
+    Parameters
+    ----------
+    options : dict
+        As `arm_options` gives.
+
+    Raises
+    ------
+    InputError
+        A port without an arm, or with a plant; a unit without a port.
+    DescriptionError
+        No such arm, or an unusable file.
+    """
+    import msgspec
+
+    from armsyn.arm import load_arm
+    from armsyn.errors import InputError
+
+    port, name = options["port"], options["arm_name"]
+    if port and not name:
+        raise InputError("--port needs --arm: which arm is connected there?")
+    if port and options["plant"]:
+        raise InputError("--plant is of simulated arms: leave out --port, or --plant")
+    if options["unit"] and not port:
+        raise InputError("--name is of real arms, which have calibrations: it needs --port")
+    arm = load_arm(
+        name or DEFAULT_ARM, options["calibration"], unit=options["unit"], calibrated=bool(port)
+    )
+    if port or options["plant"] == "mujoco":
+        return arm
+    return msgspec.structs.replace(arm, gravity=(0.0, 0.0, 0.0))
 
 
 @contextmanager
@@ -76,7 +121,7 @@ def connected(options: dict[str, Any]) -> Iterator[Connection]:
     Parameters
     ----------
     options : dict
-        ``port``, ``arm_name``, ``calibration``, ``plant`` and ``as_json``, as `arm_options` gives.
+        As `arm_options` gives.
 
     Yields
     ------
@@ -86,21 +131,15 @@ def connected(options: dict[str, Any]) -> Iterator[Connection]:
     Raises
     ------
     InputError
-        A port without an arm, or with a plant.
+        As `arm_of`.
     DescriptionError
         No such arm, or none that has servos.
     PortError, PortLostError
         Of a simulator that does not start, or ends by itself.
     """
-    from armsyn.arm import load_arm
-    from armsyn.errors import DescriptionError, InputError
+    from armsyn.errors import DescriptionError
 
-    port = options["port"]
-    if port and not options["arm_name"]:
-        raise InputError("--port needs --arm: which arm is connected there?")
-    if port and options["plant"]:
-        raise InputError("--plant is of simulated arms: leave out --port, or --plant")
-    arm = load_arm(options["arm_name"] or DEFAULT_ARM, options["calibration"])
+    port, arm = options["port"], arm_of(options)
     if not arm.servo:
         raise DescriptionError(f"{arm.name} has no servos: it is a model only")
     if port:
@@ -111,23 +150,7 @@ def connected(options: dict[str, Any]) -> Iterator[Connection]:
         bodies = " under gravity" if options["plant"] == "mujoco" else ""
         where = f"simulated {arm.name}{bodies} on {simulated} (firmware_sim; no hardware moves)"
         _say(where, options)
-        yield Connection(in_its_world(arm, options["plant"]), simulated, simulated=True)
-
-
-def in_its_world(arm: ArmDescription, plant: str | None) -> ArmDescription:
-    """The arm as it is simulated: independent joints have no weight that goals must lead against.
-
-    Parameters
-    ----------
-    arm : ArmDescription
-    plant : str or None
-        One of the `PLANTS`; None for the default.
-    """
-    import msgspec
-
-    if plant == "mujoco":
-        return arm
-    return msgspec.structs.replace(arm, gravity=(0.0, 0.0, 0.0))
+        yield Connection(arm, simulated, simulated=True)
 
 
 def started(

@@ -69,7 +69,7 @@ def rig(context: click.Context, name: str, out: Path | None, calibration: Path |
     from armsyn.arm import load_arm
     from armsyn.arm.rig import build_rig
 
-    text = build_rig(load_arm(name, calibration or context.obj))
+    text = build_rig(load_arm(name, calibration or context.obj, calibrated=False))
     if out is None:
         click.echo(text, nl=False)
         return

@@ -78,7 +78,7 @@ def learn(**options: Any) -> None:
     from armsyn.synergy.learning import learn as learn_synergies
     from armsyn.synergy.library import save_library
 
-    arm = load_arm(options["arm_name"], options["calibration"])
+    arm = load_arm(options["arm_name"], options["calibration"], calibrated=False)
     description = find_file(arm.name, ".toml", options["calibration"])
     out = options["out"] or description.with_name(f"{arm.name}.synergies.json")
     if options["out"] is None and out.exists():

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from armsyn.cli.arm_options import DEFAULT_ARM, arm_options, in_its_world, started
+from armsyn.cli.arm_options import DEFAULT_ARM, arm_of, arm_options, started
 from armsyn.cli.choices import IKS, MODELS
 
 if TYPE_CHECKING:
@@ -107,22 +107,16 @@ def reach(**options: Any) -> None:
     target with its torque on; --park puts it to rest and lets go. Ctrl-C decelerates and, if the
     way is short and checked, goes to the rest posture; a second Ctrl-C holds at once.
     """
-    from armsyn.arm import find_file, load_arm
+    from armsyn.arm import find_file
     from armsyn.cli.reach_report import draw_speeds, report
     from armsyn.driver import check_recording_path, save_recording
     from armsyn.errors import InputError
     from armsyn.planning import ReachPlanner
     from armsyn.synergy import load_library
 
-    if options["port"] and not options["arm_name"]:
-        raise InputError("--port needs --arm: which arm is connected there?")
-    if options["port"] and options["plant"]:
-        raise InputError("--plant is of simulated arms: leave out --port, or --plant")
     name, directory = options["arm_name"] or DEFAULT_ARM, options["calibration"]
     _check(options)
-    arm = load_arm(name, directory).slowed(options["slower"])
-    if not options["port"]:
-        arm = in_its_world(arm, options["plant"])
+    arm = arm_of(options).slowed(options["slower"])
     library = load_library(find_file(name, ".synergies.json", directory))
     if options["raw"] and options["model"]:
         raise InputError("--raw is model A: give either --raw or --model")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from armsyn.cli.arm_options import DEFAULT_ARM, arm_options, connected
+from armsyn.cli.arm_options import arm_of, arm_options, connected
 from armsyn.cli.operating import consent_option
 
 if TYPE_CHECKING:
@@ -70,13 +70,12 @@ def stream(**options: Any) -> None:
     --dry-run without --port looks at the file and the arm's description only; with it, at the way
     from where the arm is, too.
     """
-    from armsyn.arm import load_arm
     from armsyn.cli.stream_report import print_expected, report
     from armsyn.driver import check_recording_path
 
     if options["record"]:
         check_recording_path(options["record"])
-    arm = load_arm(options["arm_name"] or DEFAULT_ARM, options["calibration"])
+    arm = arm_of(options)
     replay = _prepared(arm, options)
     if options["dry_run"] and not options["port"]:
         print_expected(replay, arm, None, options)
