@@ -54,8 +54,8 @@ _COMPLIANCE_SLOPE = 32
 """Ticks of error to full output of AX servos (e-Manual, Compliance Slope: initial value)."""
 
 
-def position_stiffness(model: str, protocol: int, volts: float) -> float:
-    """How stiff a servo's position loop is with its initial gains.
+def position_stiffness(model: str, protocol: int, volts: float, p_gain: int | None = None) -> float:
+    """How stiff a servo's position loop is.
 
     Without an integral part an error makes P/128 counts of PWM a tick (e-Manual, "Position PID
     Gain"), `FULL_PWM` counts are the whole voltage, and that gives the stall torque to a shaft
@@ -69,6 +69,8 @@ def position_stiffness(model: str, protocol: int, volts: float) -> float:
     protocol : {1, 2}
     volts : float
         At the servo.
+    p_gain : int, optional
+        Its Position P Gain as it reads; the model's initial one by default.
 
     Returns
     -------
@@ -78,5 +80,6 @@ def position_stiffness(model: str, protocol: int, volts: float) -> float:
     motor = MOTORS.get((model, protocol))
     if motor is None:
         return math.nan
-    duty = 1.0 / _COMPLIANCE_SLOPE if motor.p_gain is None else motor.p_gain / 128.0 / FULL_PWM
+    gain = motor.p_gain if p_gain is None else p_gain
+    duty = 1.0 / _COMPLIANCE_SLOPE if gain is None else gain / 128.0 / FULL_PWM
     return duty / radians_per_tick(model) * motor.stall_torque * volts / motor.voltage

@@ -6,16 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
+from armsyn.arm.motors import position_stiffness
 from armsyn.driver.facts import ServoFacts
 from armsyn.driver.gravity import GoalLead, LeadSettings
-from armsyn.driver.motors import stall_torque
 from armsyn.driver.registers import POSITION_MODE, VOLTAGE_UNIT
 from armsyn.driver.servos import ServoGroup
 
 FloatArray = NDArray[np.float64]
-
-FULL_PWM = 885
-"""Counts of PWM that are the whole voltage (e-Manual, Goal PWM: 0.113 % each)."""
 
 
 def make_lead(
@@ -120,27 +117,8 @@ def read_stiffness(group: ServoGroup, arm: ArmDescription) -> FloatArray:
         elif servo.id not in proportional:
             found = float("nan")
         else:
-            found = stiffness_of(
-                servo.model, proportional[servo.id], VOLTAGE_UNIT * volts[servo.id]
-            )
+            supply = VOLTAGE_UNIT * volts[servo.id]
+            gain = proportional[servo.id]
+            found = position_stiffness(servo.model, servo.protocol, supply, gain)
         stiffness[servo.joint] += found
     return np.array([stiffness[name] for name in arm.joint_names])
-
-
-def stiffness_of(model: str, p_gain: int, volts: float) -> float:
-    """Stiffness of a position loop of the X series (and MX with Protocol 2.0).
-
-    Parameters
-    ----------
-    model : str
-    p_gain : int
-        Of register 84.
-    volts : float
-
-    Returns
-    -------
-    float
-        N m/rad; NaN for a model whose stall torque is not known.
-    """
-    duty_per_radian = p_gain / 128.0 / FULL_PWM * 4096.0 / (2.0 * np.pi)
-    return duty_per_radian * stall_torque(model, volts)

@@ -118,6 +118,7 @@ class ArmRun:
         self._limp: frozenset[int] = frozenset()
         self._profiles: dict[str, dict[int, int]] = {}
         self._armed = False
+        self._strangers = joints.bus.foreign_traffic
 
     def execute(self) -> None:
         """Run it.
@@ -148,9 +149,11 @@ class ArmRun:
         try:
             streamer.begin()
             self.ending = self._move(streamer)
+            self._note_strangers(streamer)
             self._finish(streamer)
         except BaseException as error:
             self.ending, self.fault = Ending.FAULT, error
+            self._note_strangers(streamer)
             self._hold(streamer, error)
             _say_also(error, self._left())
             raise
@@ -270,6 +273,17 @@ class ArmRun:
         power.restore_profiles(self.group, self._facts)
         if self.ending in (Ending.STOPPED_HOLDING, Ending.STOPPED_PARKED):
             self.stops.met()
+
+    def _note_strangers(self, streamer: Streamer) -> None:
+        """Say once that somebody else speaks on the bus."""
+        packets = self.joints.bus.foreign_traffic - self._strangers
+        self._strangers += packets
+        if packets:
+            streamer.note(
+                f"{packets} packets of another master were heard on {self.joints.bus.port_name}:"
+                " end the program or unplug the controller that sends them",
+                "warning",
+            )
 
     def _check_parked(self, streamer: Streamer) -> None:
         """Let an arm that is away from rest keep its torque: it would fall."""

@@ -23,7 +23,7 @@ from armsyn.driver.log import Level, StreamLog
 from armsyn.driver.signals import StopRequests
 from armsyn.driver.watch import SETTLED_SPEED, ArmWatch, WatchSettings
 from armsyn.errors import ArmFaultError
-from armsyn.safety import TickState, averaged_current, judge_tick
+from armsyn.safety import TickState, averaged_current, judge_tick, warm_joints
 
 FloatArray = NDArray[np.float64]
 OnTick = Callable[[float, float], None]
@@ -128,6 +128,7 @@ class Streamer:
         self.sent = self.commanded if self.lead is None else self.commanded + self.lead.lead
         self._state: JointState | None = None
         self._judged_by = TickState.at_rest(self.commanded)
+        self._warm: set[str] = set()
         self.begin()
         self._health_every = max(1, round(HEALTH_INTERVAL / self.settings.period / self.link.polls))
 
@@ -308,4 +309,19 @@ class Streamer:
         turn, rest = divmod(self.ticks, self._health_every)
         if rest:
             return None
-        return self.watch.poll_fault(self.link.poll(turn))
+        health = self.link.poll(turn)
+        self._warn_of_heat()
+        return self.watch.poll_fault(health)
+
+    def _warn_of_heat(self) -> None:
+        """Say once of each joint that it is nearly too hot."""
+        for name in warm_joints(self._judged_by, self.settings.limits):
+            if name not in self._warm:
+                self._warm.add(name)
+                row = self.settings.limits.names.index(name)
+                limit = self.settings.limits.max_temperature[row]
+                self.note(
+                    f"{name} is {self._judged_by.temperature[row]:.0f} degrees Celsius hot, its"
+                    f" servo stops at {limit:.0f}: let it rest soon",
+                    "warning",
+                )

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from armsyn.arm import ArmDescription, arm_names, gravity_torque, load_arm
+from armsyn.arm.motors import position_stiffness
 from armsyn.driver import Ending, Recording, straight_way
 from armsyn.driver.gravity import (
     FASTEST_LEAD,
@@ -15,7 +16,6 @@ from armsyn.driver.gravity import (
     GoalLead,
     LeadSettings,
 )
-from armsyn.driver.gravity_facts import stiffness_of
 from armsyn.driver.joints import JointState
 from armsyn.errors import CollisionError
 from armsyn.safety import check_trajectory
@@ -135,12 +135,14 @@ def test_the_lead_is_the_weight_over_the_stiffness(human7: ArmDescription) -> No
 def test_stiffness_of_the_simulator_s_motors(model: str) -> None:
     motor = find_model(model).motor
     by_hand = 800 / 128 / 885 / TICK * motor.stall_torque
-    assert stiffness_of(model, 800, motor.nominal_voltage) == pytest.approx(by_hand)
-    assert stiffness_of(model, 400, 0.5 * motor.nominal_voltage) == pytest.approx(by_hand / 4)
+    assert position_stiffness(model, 2, motor.nominal_voltage, 800) == pytest.approx(by_hand)
+    assert position_stiffness(model, 2, 0.5 * motor.nominal_voltage, 400) == pytest.approx(
+        by_hand / 4
+    )
 
 
 def test_models_of_unknown_torque_have_no_stiffness() -> None:
-    assert np.isnan(stiffness_of("xl-320", 32, 7.4))
+    assert np.isnan(position_stiffness("xl-320", 2, 7.4, 32))
 
 
 def settings_of(arm: ArmDescription, *, active: bool = True) -> LeadSettings:
