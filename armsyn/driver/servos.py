@@ -179,14 +179,22 @@ class ServoGroup:
         HardwareFaultError, BusError, PortLostError
             As `set`.
         """
-        for servo_id, value in self.read(name, values).items():
-            if abs(value - values[servo_id]) > tolerance.get(self.models[servo_id].layout, 0):
-                address = self.models[servo_id].layout[name].address
-                raise HardwareFaultError(
-                    f"{self.title(servo_id)} does not take {values[servo_id]} as its {name}"
-                    f" (register {address} reads {value}): check its limits",
-                    servo_id,
-                )
+
+        def wrong(ids: Iterable[int]) -> dict[int, int]:
+            return {
+                servo_id: value
+                for servo_id, value in self.read(name, ids).items()
+                if abs(value - values[servo_id]) > tolerance.get(self.models[servo_id].layout, 0)
+            }
+
+        # asked twice: an answer that came twice may be one to the same question of before
+        for servo_id, value in wrong(wrong(values)).items():
+            address = self.models[servo_id].layout[name].address
+            raise HardwareFaultError(
+                f"{self.title(servo_id)} does not take {values[servo_id]} as its {name}"
+                f" (register {address} reads {value}): check its limits",
+                servo_id,
+            )
 
     def _by_register(self, name: str, ids: Iterable[int]) -> dict[Register, list[int]]:
         groups: dict[Register, list[int]] = {}

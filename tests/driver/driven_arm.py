@@ -46,6 +46,9 @@ RESTARTED = 1.0
 CALM = 1.0
 """Seconds in which servos have started anew and joints have come to rest."""
 
+COOLINGS, COOLING = 4, 300.0
+"""How often servos with an error are switched off and on, and seconds that they cool down for."""
+
 SETPOINTS = ("sound", "nan", "jump", "text", "raises", "slow", "ends", "outside")
 
 
@@ -216,11 +219,12 @@ class DrivenArm(RuleBasedStateMachine):
         if self.stepped.port.simulation.faults:
             self.stepped.port.simulation.clear("all")
         self.wait(CALM)
-        for servo in self.stepped.servos:
-            if in_error(servo):
+        for _ in range(COOLINGS):
+            ill = [servo for servo in self.stepped.servos if in_error(servo)]
+            for servo in ill:
                 self.excuse([servo.servo_id])
                 servo.power_cycle()
-        self.wait(CALM)
+            self.wait(COOLING if ill else CALM)
         self.stepped.bus.budget = ErrorBudget()  # as a program has that starts anew
         self.operate("clear", 0)
         low, high = ARM.chain.lower + 0.01, ARM.chain.upper - 0.01
