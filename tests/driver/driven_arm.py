@@ -196,6 +196,7 @@ class DrivenArm(RuleBasedStateMachine):
     def wait(self, duration: float) -> None:
         """Nothing happens."""
         self.stepped.port.wait_until(self.stepped.now() + duration)
+        self.stepped.port.simulation.catch_up(self.stepped.now())
 
     @precondition(lambda self: self.session is None or self.session.fault is not None)
     @rule()

@@ -29,7 +29,7 @@ OF_A_SERVO = (
 """Faults of one servo that move nothing; an ID is put to them."""
 
 MECHANICAL = (
-    "jam", "friction:factor=20", "push:torque=4", "push:torque=-4", "push:torque=40",
+    "jam", "friction:factor=20", "push:torque=4", "push:torque=-4", "push:torque=12",
     "stuck-encoder",
 )  # fmt: skip
 """Faults of one servo that make it move, or not move, otherwise than it was told."""
