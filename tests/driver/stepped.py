@@ -170,6 +170,7 @@ class SteppedArm:
 
     def positions(self) -> np.ndarray:
         """Where the joints' servos really are, rad."""
+        self.port.bus.advance(self.clock.now())
         leaders = [self.by_id[servo.id] for servo in self.description.leaders]
         return self.description.calibration.to_radians([present_tick(s) for s in leaders])
 
