@@ -186,15 +186,14 @@ class DrivenArm(RuleBasedStateMachine):
         with contextlib.suppress(ArmFaultError):
             Rebooter(self.everybody, self.stepped).reboot(servo_id)
 
-    @rule(trouble=idle_troubles(ARM))
-    def go_wrong(self, trouble: Trouble) -> None:
+    @rule(trouble=idle_troubles(ARM), pause=st.floats(0.01, 1.0))
+    def go_wrong(self, trouble: Trouble, pause: float) -> None:
         """Something goes wrong while nothing runs."""
         self.happen(trouble)
-        self.wait(0.1)
+        self.wait(pause)
 
-    @rule(duration=st.floats(0.01, 1.0))
     def wait(self, duration: float) -> None:
-        """Nothing happens."""
+        """Nothing is asked of the arm."""
         self.stepped.port.wait_until(self.stepped.now() + duration)
         self.stepped.port.simulation.catch_up(self.stepped.now())
 
