@@ -133,6 +133,7 @@ SPOILED = {
 }
 
 
+@pytest.mark.fault(36)
 @pytest.mark.parametrize("what", SPOILED)
 def test_a_spoiled_description(tmp_path: Path, what: str) -> None:
     before, after, text = SPOILED[what]
@@ -152,11 +153,13 @@ def test_a_description_that_is_no_text(tmp_path: Path) -> None:
         load_arm("two", tmp_path)
 
 
+@pytest.mark.fault(38)
 def test_a_huge_description(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match="larger than 1000000 bytes"):
         load(tmp_path, ARM + "#" * 1_000_001)
 
 
+@pytest.mark.fault(37)
 @pytest.mark.parametrize("name", ["", "../human7", "a/b", ".hidden", "x" * 65])
 def test_names_that_are_paths(name: str) -> None:
     with pytest.raises(DescriptionError, match="is not the name of an arm"):
@@ -176,6 +179,7 @@ def test_the_environment_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert "human7" in arm_names()
 
 
+@pytest.mark.fault(38)
 def test_tables_nested_without_end_are_refused() -> None:
     with pytest.raises(DescriptionError, match=r"deep\.toml"):
         parse_arm("x = " + "[" * 20_000, "deep.toml")

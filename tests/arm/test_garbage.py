@@ -51,6 +51,7 @@ def test_any_text(text: str) -> None:
     judge(text)
 
 
+@pytest.mark.fault(36)
 @given(st.sampled_from(TEXTS), st.data())
 def test_any_damage(text: str, data: st.DataObject) -> None:
     """Some characters are lost, some come in."""
@@ -59,6 +60,7 @@ def test_any_damage(text: str, data: st.DataObject) -> None:
     judge(text[:start] + data.draw(st.text(max_size=10)) + text[start + length :])
 
 
+@pytest.mark.fault(36)
 @settings(max_examples=300)
 @given(st.sampled_from(TEXTS), st.data())
 def test_any_value_of_any_line(text: str, data: st.DataObject) -> None:

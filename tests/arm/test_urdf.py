@@ -206,6 +206,7 @@ def test_what_is_refused_of_the_urdf(folder: Path, what: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.fault(37)
 def test_a_link_out_of_the_folder_is_outside(folder: Path) -> None:
     elsewhere = folder.parent / f"{folder.name}-elsewhere.urdf"
     elsewhere.write_text(URDF)

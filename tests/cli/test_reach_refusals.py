@@ -113,6 +113,7 @@ def test_what_was_not_learned_is_refused(
     outcome.refused(2, "human7 has learned nothing", "only svd/C: run armsyn learn")
 
 
+@pytest.mark.fault(32)
 @pytest.mark.parametrize("target", [("0.9", "0", "0"), ("0", "0", "0.9"), ("-0.5", "0.3", "0.2")])
 def test_out_of_reach_is_refused(call: Call, target: tuple[str, str, str], tmp_path: Path) -> None:
     record = tmp_path / "reach.npz"
@@ -121,6 +122,7 @@ def test_out_of_reach_is_refused(call: Call, target: tuple[str, str, str], tmp_p
     assert not record.exists()
 
 
+@pytest.mark.fault(13)
 def test_a_port_that_does_not_exist(call: Call, tmp_path: Path) -> None:
     port = tmp_path / "ttyUSB7"
     on_port(call, str(port)).refused(3, str(port))
@@ -156,6 +158,7 @@ def test_a_port_that_is_taken() -> None:
         Outcome(outcome.status, "", outcome.err).refused(3, port, "taken by process")
 
 
+@pytest.mark.fault(8)
 def test_a_servo_that_is_missing(call: Call) -> None:
     models = ["xm540-w270"] * 4 + ["xm430-w350"] * 3
     present = [f"{model}:{i}" for i, model in enumerate(models, start=1) if i != 5]
@@ -179,6 +182,7 @@ def test_a_rate_that_the_wire_cannot_carry(call: Call) -> None:
         assert torque(port, tuple(range(1, 8))) == [0] * 7
 
 
+@pytest.mark.fault(42)
 def test_torque_that_was_on_stays_on_after_a_refusal(call: Call) -> None:
     with running(arguments=(*ARM, "--return-delay", "0")) as port:
         bus = Bus(port, 1_000_000)

@@ -99,6 +99,7 @@ def test_rustypot_sends_the_same_bytes() -> None:
     ]
 
 
+@pytest.mark.fault(20)
 def test_an_alert_keeps_the_data_and_the_bit() -> None:
     with ScriptedPort(lambda _: status(1, POSITION, error=0x80)) as scripted:
         bus = open_bus(scripted.path)
@@ -121,6 +122,7 @@ def test_echo_noise_and_strangers_are_passed_over() -> None:
         bus.close()
 
 
+@pytest.mark.fault(17)
 def test_a_reply_of_the_wrong_size_is_no_reply() -> None:
     with ScriptedPort(lambda _: status(1, b"\x01\x02")) as scripted:
         bus = open_bus(scripted.path, margin=0.01)
@@ -129,6 +131,7 @@ def test_a_reply_of_the_wrong_size_is_no_reply() -> None:
         bus.close()
 
 
+@pytest.mark.fault(17)
 def test_a_late_reply_does_not_answer_the_next_request() -> None:
     """The first reply is held back and comes, whole, in front of the second one."""
     held = []
@@ -149,6 +152,7 @@ def test_a_late_reply_does_not_answer_the_next_request() -> None:
         bus.close()
 
 
+@pytest.mark.fault(17)
 def test_stale_bytes_are_drained_before_the_next_request() -> None:
     def script(_: bytes) -> bytes:
         # servo 2 answers what servo 1 was asked for: it comes, but is not waited for

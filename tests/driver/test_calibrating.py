@@ -178,6 +178,7 @@ def test_single_answers_may_be_lost(tmp_path: Path, omx: ArmDescription) -> None
     assert by_rest(calibrator).servo[1].zero_tick == 2048
 
 
+@pytest.mark.fault(22)
 def test_torque_is_refused_and_never_dropped(tmp_path: Path, omx: ArmDescription) -> None:
     bus = arm_bench(tmp_path, omx.servo)
     bus.port.bus.servos[2].write(64, b"\1")

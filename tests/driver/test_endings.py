@@ -82,6 +82,7 @@ def test_parking_lets_go_at_the_end(stepped: SteppedArm) -> None:
     assert np.abs(stepped.positions() - stepped.description.rest).max() < 0.005
 
 
+@pytest.mark.fault(11)
 def test_torque_comes_on_without_a_jerk(stepped: SteppedArm) -> None:
     for servo in stepped.servos:
         servo.memory.store("Goal Position", 2600)  # stale goals
@@ -92,6 +93,7 @@ def test_torque_comes_on_without_a_jerk(stepped: SteppedArm) -> None:
     assert np.abs(seen[0] - where).max() < 0.01
 
 
+@pytest.mark.fault(41)
 def test_first_request_decelerates_and_parks(stepped: SteppedArm) -> None:
     session = stepped.session()
     stepped.at(0.3, session.stops.request)
@@ -106,6 +108,7 @@ def test_first_request_decelerates_and_parks(stepped: SteppedArm) -> None:
     assert (np.abs(np.diff(speed, axis=0) * 200.0).max(axis=0) <= 1.1 * limit).all()
 
 
+@pytest.mark.fault(41)
 def test_first_request_far_from_rest_holds(human7: ArmDescription) -> None:
     slow = replace(human7, joint=tuple(replace(j, max_velocity=0.4) for j in human7.joint))
     stepped = SteppedArm(slow)
@@ -122,6 +125,7 @@ def test_first_request_far_from_rest_holds(human7: ArmDescription) -> None:
     assert 0.5 < still[0] - slow.rest[0] < 1.0
 
 
+@pytest.mark.fault(41)
 def test_second_request_holds_at_once(stepped: SteppedArm) -> None:
     session = stepped.session()
     stepped.at(0.30, session.stops.request)
@@ -151,6 +155,7 @@ def test_second_request_while_parking_holds_at_once(stepped: SteppedArm) -> None
     assert recording.events[1][1] == "moving to the rest posture"
 
 
+@pytest.mark.fault(18)
 def test_a_hardware_error_stops_all_joints(stepped: SteppedArm) -> None:
     stepped.at(0.3, lambda: stepped.servos[2].raise_hardware_error(HardwareError.OVERLOAD))
     session = stepped.session()
@@ -171,6 +176,7 @@ def test_a_hardware_error_stops_all_joints(stepped: SteppedArm) -> None:
     assert np.abs(off)[holding].max() < 0.005
 
 
+@pytest.mark.fault(19)
 def test_the_hardware_error_is_in_the_record(stepped: SteppedArm) -> None:
     stepped.at(0.3, lambda: stepped.servos[2].raise_hardware_error(HardwareError.OVERHEATING))
     session = stepped.session()
@@ -181,6 +187,7 @@ def test_the_hardware_error_is_in_the_record(stepped: SteppedArm) -> None:
     assert "held: " in session.recording.events[-1][1]
 
 
+@pytest.mark.fault(10)
 def test_a_servo_that_restarts_is_a_fault(stepped: SteppedArm) -> None:
     stepped.at(0.3, stepped.servos[4].reboot)
     error = fault_at(stepped, ArmFaultError)
@@ -194,6 +201,7 @@ def test_torque_switched_off_by_another_is_a_fault(stepped: SteppedArm) -> None:
     )
 
 
+@pytest.mark.fault(9)
 def test_a_silent_servo_stops_the_others(stepped: SteppedArm) -> None:
     stepped.at(0.3, lambda: setattr(stepped, "damage", without(4)))
     error = fault_at(stepped, BusTimeoutError)
@@ -203,6 +211,7 @@ def test_a_silent_servo_stops_the_others(stepped: SteppedArm) -> None:
     assert stepped.value("Bus Watchdog") == ARMED
 
 
+@pytest.mark.fault(2)
 def test_a_few_lost_replies_are_no_fault(stepped: SteppedArm) -> None:
     count = iter(range(10**6))
     lose = without(2)
@@ -214,6 +223,7 @@ def test_a_few_lost_replies_are_no_fault(stepped: SteppedArm) -> None:
     assert np.isfinite(motion.angles).all()
 
 
+@pytest.mark.fault(3)
 def test_too_many_lost_replies_are_a_fault(stepped: SteppedArm) -> None:
     count = iter(range(10**6))
     lose = without(2)
@@ -226,6 +236,7 @@ def test_too_many_lost_replies_are_a_fault(stepped: SteppedArm) -> None:
     assert "of the last 100 commands" in str(error)
 
 
+@pytest.mark.fault(12)
 def test_a_lost_port_ends_the_run(stepped: SteppedArm) -> None:
     session = stepped.session()
     stepped.at(0.3, stepped.bus.serial_port.close)
@@ -236,6 +247,7 @@ def test_a_lost_port_ends_the_run(stepped: SteppedArm) -> None:
     assert stepped.value("Bus Watchdog") == EXPIRED  # nobody else is left to stop the arm
 
 
+@pytest.mark.fault(35)
 def test_a_held_joint_gives_way(stepped: SteppedArm) -> None:
     stepped.at(0.2, lambda: stepped.servos[3].apply_load(30.0))
     error = fault_at(stepped, FollowingError)
@@ -245,11 +257,13 @@ def test_a_held_joint_gives_way(stepped: SteppedArm) -> None:
     assert abs(goal - stepped.positions()[3]) < 0.2
 
 
+@pytest.mark.fault(27)
 def test_a_host_that_stalls_past_the_watchdog_holds(stepped: SteppedArm) -> None:
     stepped.at(0.3, lambda: stepped.clock.advance(0.5))
     assert "the host stalled for 0.5" in str(fault_at(stepped, ArmFaultError))
 
 
+@pytest.mark.fault(27)
 def test_a_short_stall_starts_from_rest_again(stepped: SteppedArm) -> None:
     stepped.at(0.3, lambda: stepped.clock.advance(0.1))
     recording = stepped.session().run(stepped.way(*LARGE))
@@ -260,6 +274,7 @@ def test_a_short_stall_starts_from_rest_again(stepped: SteppedArm) -> None:
     assert (steps <= stepped.description.max_velocity / 200.0 * 1.05).all()  # never a jump
 
 
+@pytest.mark.fault(30, 31)
 @pytest.mark.parametrize("wrong", ["start", "nan", "limit", "speed", "joints"])
 def test_a_refused_trajectory_changes_nothing(stepped: SteppedArm, wrong: str) -> None:
     way = stepped.way(*LARGE)
@@ -287,6 +302,7 @@ def test_a_refused_trajectory_changes_nothing(stepped: SteppedArm, wrong: str) -
     session.run(way)  # the session is as good as before
 
 
+@pytest.mark.fault(21)
 def test_a_goal_the_servo_would_refuse_is_not_sent(stepped: SteppedArm) -> None:
     stepped.servos[3].write(48, (2500).to_bytes(4, "little"))  # Max Position Limit
     session = stepped.session()
@@ -295,6 +311,7 @@ def test_a_goal_the_servo_would_refuse_is_not_sent(stepped: SteppedArm) -> None:
     assert stepped.torque() == OFF
 
 
+@pytest.mark.fault(42)
 def test_a_servo_without_torque_is_found_before_motion(stepped: SteppedArm) -> None:
     session = stepped.session()
     deaf = stepped.servos[5]
@@ -310,6 +327,7 @@ def test_a_servo_without_torque_is_found_before_motion(stepped: SteppedArm) -> N
     assert session.fault is None
 
 
+@pytest.mark.fault(43)
 def test_an_arm_that_holds_itself_is_not_dropped(stepped: SteppedArm) -> None:
     first = stepped.session()
     first.run(stepped.way(*SMALL))

@@ -186,6 +186,7 @@ def use_until_lost(bus: Bus) -> None:
         bus.ping(1)
 
 
+@pytest.mark.fault(12)
 def test_a_port_comes_back_only_on_request(simulator: RunningSimulator) -> None:
     bus = Bus(simulator.link, BAUD, 0.2)
     assert bus.ping(1)[0] == 1020
@@ -209,6 +210,7 @@ def test_a_port_comes_back_only_on_request(simulator: RunningSimulator) -> None:
 POSITION = (1234).to_bytes(4, "little")
 
 
+@pytest.mark.fault(6)
 def test_an_echo_is_stripped_every_time() -> None:
     with ScriptedPort(lambda r: r + status(1, POSITION)) as scripted:
         bus = Bus(scripted.path, BAUD, 0.5)
@@ -219,6 +221,7 @@ def test_an_echo_is_stripped_every_time() -> None:
         bus.close()
 
 
+@pytest.mark.fault(6)
 @pytest.mark.parametrize("kept", [slice(0, 5), slice(5, None), slice(3, 9)])
 def test_a_partial_echo_is_tolerated(kept: slice) -> None:
     def script(request: bytes) -> bytes:
@@ -231,6 +234,7 @@ def test_a_partial_echo_is_tolerated(kept: slice) -> None:
         bus.close()
 
 
+@pytest.mark.fault(6)
 def test_the_echo_of_protocol_1_is_no_answer() -> None:
     def script(request: bytes) -> bytes:
         return request + protocol1.packet(1, 0, b"\x34\x12")
@@ -248,6 +252,7 @@ def protocol1_packets(buffer: bytes) -> int:
     return 4 + buffer[3] if len(buffer) >= 4 and len(buffer) >= 4 + buffer[3] else 0
 
 
+@pytest.mark.fault(40)
 def test_another_masters_traffic_is_counted() -> None:
     """Both in the midst of a transaction and between two."""
     stranger = protocol.ping(7)
@@ -263,6 +268,7 @@ def test_another_masters_traffic_is_counted() -> None:
         bus.close()
 
 
+@pytest.mark.fault(3)
 def test_a_spent_budget_is_said() -> None:
     with ScriptedPort(lambda _: b"") as scripted:
         bus = Bus(scripted.path, BAUD, 0.001)

@@ -18,6 +18,7 @@ LEFT = "left with torque on (but where a servo lost it), holding, watchdog armed
 CURE = "armsyn clear"
 
 
+@pytest.mark.fault(42)
 def test_what_cannot_be_put_back_is_said(stepped: SteppedArm) -> None:
     session = stepped.session()
     deafen(stepped.servos[5], TORQUE_ENABLE, 1)
@@ -40,6 +41,7 @@ def test_what_cannot_be_put_back_is_said(stepped: SteppedArm) -> None:
         session.run(stepped.way(*LARGE))
 
 
+@pytest.mark.fault(42)
 def test_putting_back_is_tried_again(stepped: SteppedArm) -> None:
     session = stepped.session()
     deafen(stepped.servos[5], TORQUE_ENABLE, 1, times=1)
@@ -116,6 +118,7 @@ def test_the_time_torque_takes_is_no_silence(
     assert recording.stale[0].any()
 
 
+@pytest.mark.fault(30)
 @pytest.mark.parametrize("wrong", [np.nan, 0.3], ids=["nan", "jump"])
 def test_a_goal_that_must_not_be_sent_is_a_fault_of_the_arm(
     stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, wrong: float

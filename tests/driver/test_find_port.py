@@ -60,6 +60,7 @@ def test_a_port_that_is_named_is_probed_whatever_it_is(pseudo: tuple[str, str]) 
     assert (port.path, port.named, port.unfit) == (pseudo[0], True, None)
 
 
+@pytest.mark.fault(15)
 def test_the_latency_timer_of_an_adapter_is_seen(
     pseudo: tuple[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -69,6 +70,7 @@ def test_the_latency_timer_of_an_adapter_is_seen(
     assert [(port.latency, port.slow) for port in found] == [(0.016, True), (0.001, False)]
 
 
+@pytest.mark.fault(13)
 def test_no_permission_names_the_group_to_join(pseudo: tuple[str, str]) -> None:
     asked: list[int] = []
 

@@ -150,6 +150,7 @@ def fault_of(stepped: SteppedArm, kind: type[ArmsynError]) -> str:
     return str(caught.value)
 
 
+@pytest.mark.fault(18)
 @pytest.mark.parametrize("row", [1, 3, 4], ids=["mx 1.0", "ax", "xl-320"])
 @pytest.mark.parametrize(
     ("error", "words"),
@@ -172,6 +173,7 @@ def test_a_shutdown_is_found_at_opening(stepped: SteppedArm, row: int) -> None:
         stepped.session(RATE, accept_no_watchdog=True)
 
 
+@pytest.mark.fault(10)
 @pytest.mark.parametrize("row", range(7))
 def test_restarts_of_all_families_stop_the_arm(stepped: SteppedArm, row: int) -> None:
     stepped.at(0.2, stepped.servos[row].reboot)
@@ -180,11 +182,13 @@ def test_restarts_of_all_families_stop_the_arm(stepped: SteppedArm, row: int) ->
     assert "restarted" in message or "has been silent" in message
 
 
+@pytest.mark.fault(9)
 def test_a_silent_older_servo_is_named(stepped: SteppedArm) -> None:
     stepped.at(0.2, lambda: setattr(stepped.servos[3], "silenced", True))
     assert "servo 4 (elbow_flexion) has been silent" in fault_of(stepped, ArmsynError)
 
 
+@pytest.mark.fault(35)
 def test_held_older_servos_give_way(stepped: SteppedArm) -> None:
     stepped.at(0.2, lambda: stepped.servos[3].apply_load(5.0))
     assert "joint elbow_flexion" in fault_of(stepped, FollowingError)
@@ -215,6 +219,7 @@ def test_wheels_are_refused(
         stepped.session(RATE, accept_no_watchdog=True)
 
 
+@pytest.mark.fault(42)
 def test_what_was_found_is_put_back_in_all_families(stepped: SteppedArm) -> None:
     for row, servo in enumerate(stepped.servos):
         speed = (
@@ -247,6 +252,7 @@ def test_single_reads_behind_a_slow_adapter_are_counted(stepped: SteppedArm) -> 
         stepped.session(RATE, accept_no_watchdog=True)
 
 
+@pytest.mark.fault(22)
 def test_eeprom_is_not_written_under_torque(stepped: SteppedArm) -> None:
     group = ServoGroup(stepped.bus, stepped.description.servo)
     group.set("Torque Enable", {3: 1})

@@ -56,6 +56,7 @@ def expire(stepped: SteppedArm) -> None:
         stepped.session().run(stepped.way(*LARGE))
 
 
+@pytest.mark.fault(43)
 @pytest.mark.parametrize("before", [leave_alone, fault, expire])
 def test_nothing_is_written(stepped: SteppedArm, before: Callable[[SteppedArm], None]) -> None:
     before(stepped)

@@ -37,6 +37,7 @@ class NoisyWire:
                 return data[:place] + bytes(noise.tolist()) + data[place:]
 
 
+@pytest.mark.fault(1)
 @pytest.mark.parametrize("rate", [0.01, 0.05, 0.3])
 @pytest.mark.parametrize("seed", range(4))
 def test_noise_never_reaches_the_goals(human7: ArmDescription, seed: int, rate: float) -> None:

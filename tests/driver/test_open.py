@@ -26,6 +26,7 @@ def written(stepped: SteppedArm) -> set[int]:
     return {packet[7] for packet in stepped.bus.serial_port.written}
 
 
+@pytest.mark.fault(43)
 def test_opening_only_reads(stepped: SteppedArm) -> None:
     session = stepped.session()
     assert session.read_posture() == pytest.approx(stepped.description.rest, abs=1.6e-3)
@@ -33,6 +34,7 @@ def test_opening_only_reads(stepped: SteppedArm) -> None:
     assert stepped.torque() == [0] * 7
 
 
+@pytest.mark.fault(8)
 def test_missing_servos_are_all_named(stepped: SteppedArm) -> None:
     lost = [without(2), without(6)]
     stepped.damage = lambda data: lost[1](lost[0](data))
@@ -45,12 +47,14 @@ def test_missing_servos_are_all_named(stepped: SteppedArm) -> None:
     assert caught.value.exit_status == 3
 
 
+@pytest.mark.fault(14)
 def test_nobody_there(stepped: SteppedArm) -> None:
     stepped.damage = lambda _: b""
     with pytest.raises(ServoMissingError, match=r"at 1000000 baud \(answering: none\)"):
         stepped.session()
 
 
+@pytest.mark.fault(7)
 def test_another_model(human7: ArmDescription) -> None:
     servos = [replace(s, model="xm430-w350") if s.id == 2 else s for s in human7.servo]
     stepped = SteppedArm(replace(human7, servo=tuple(servos)))
@@ -81,6 +85,7 @@ CASES: list[tuple[Callable[[Servo], None], type[ArmsynError], str]] = [
 ]
 
 
+@pytest.mark.fault(23, 25)
 @pytest.mark.parametrize(("spoil", "kind", "text"), CASES, ids=[case[2][:18] for case in CASES])
 def test_servos_that_must_not_be_moved(
     stepped: SteppedArm, spoil: Callable[[Servo], None], kind: type[ArmsynError], text: str
@@ -125,6 +130,7 @@ def test_status_return_level_1_is_enough(stepped: SteppedArm) -> None:
     stepped.session().run(stepped.way(0.2))
 
 
+@pytest.mark.fault(16)
 def test_the_factory_return_delay_is_refused(human7: ArmDescription) -> None:
     old = {servo.id: 42 for servo in human7.servo}  # too old to answer with one packet together
     stepped = SteppedArm(human7, return_delay=250, firmware=old)
@@ -138,6 +144,7 @@ def test_fast_reads_wait_for_one_return_delay_only(human7: ArmDescription) -> No
     SteppedArm(human7, return_delay=250).session(rate=200.0)
 
 
+@pytest.mark.fault(15)
 def test_a_slow_adapter_is_refused(stepped: SteppedArm) -> None:
     stepped.bus.latency = 0.016
     with pytest.raises(BusRateError, match="keeps both replies for up to 16 ms"):

@@ -111,6 +111,7 @@ def test_nobody_there_points_to_the_scan(stepped: SteppedArm) -> None:
         require_somebody(presence, "human7")
 
 
+@pytest.mark.fault(25)
 def test_an_expired_watchdog_is_cleared_where_it_stopped_the_servo(stepped: SteppedArm) -> None:
     session = stepped.session()
     stepped.at(0.4, lambda: stepped.clock.advance(0.5))
@@ -140,6 +141,7 @@ def overloaded(stepped: SteppedArm) -> Rebooter:
     return Rebooter(group, stepped)
 
 
+@pytest.mark.fault(18)
 def test_a_reboot_ends_a_latched_error(stepped: SteppedArm) -> None:
     done = overloaded(stepped).reboot(4)
     assert (done.before, done.after, done.turns) == (OVERLOAD, 0, 0)
@@ -147,6 +149,7 @@ def test_a_reboot_ends_a_latched_error(stepped: SteppedArm) -> None:
     assert stepped.torque() == [1, 1, 1, 0, 1, 1, 1]
 
 
+@pytest.mark.fault(18)
 def test_an_error_that_comes_back_is_said_and_not_rebooted_again(stepped: SteppedArm) -> None:
     rebooter = overloaded(stepped)
     stepped.at(0.6, lambda: overload(stepped))
@@ -157,6 +160,7 @@ def test_an_error_that_comes_back_is_said_and_not_rebooted_again(stepped: Steppe
     assert rebooter.reboot(4).after == 0
 
 
+@pytest.mark.fault(24)
 def test_turns_that_a_reboot_forgets_are_counted(stepped: SteppedArm) -> None:
     group = present(stepped).group
     group.set("Operating Mode", {4: 4})

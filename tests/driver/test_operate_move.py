@@ -49,6 +49,7 @@ def test_what_is_no_jog_is_refused(
     assert stepped.torque() == [0] * 7
 
 
+@pytest.mark.fault(33)
 def test_a_jog_out_of_range_changes_nothing(stepped: SteppedArm) -> None:
     session = stepped.session()
     with pytest.raises(LimitError, match="elbow_flexion"):

@@ -121,6 +121,7 @@ def test_no_motion_goes_on_after_one_that_was_refused(port: str, human7: ArmDesc
     assert result.recordings == ()
 
 
+@pytest.mark.fault(26)
 def test_a_caller_that_is_killed_leaves_an_arm_that_holds_and_no_orphan(port: str) -> None:
     caller = subprocess.Popen(
         [sys.executable, "-c", CALLER, port], stdout=subprocess.PIPE, text=True
@@ -148,6 +149,7 @@ def _runs(process: int) -> bool:
     return True
 
 
+@pytest.mark.fault(26)
 def test_a_child_that_is_killed_leaves_the_watchdog_to_stop_the_arm(port: str) -> None:
     before = children()
 

@@ -127,6 +127,7 @@ def test_a_shadows_hardware_error_stops_the_arm(dual: SteppedArm) -> None:
     assert dual.torque()[dual.servos.index(dual.by_id[4])] == 1  # the leader holds on
 
 
+@pytest.mark.fault(10)
 def test_a_shadow_that_restarts_stops_the_arm(dual: SteppedArm) -> None:
     dual.at(0.3, dual.by_id[3].reboot)
     message = ending(dual, HardwareFaultError)
@@ -164,6 +165,7 @@ def test_a_shadow_that_comes_apart_is_noticed(dual: SteppedArm) -> None:
         session.run(dual.way(*MOVE))
 
 
+@pytest.mark.fault(42)
 def test_what_was_found_is_put_back_for_shadows_too(dual: SteppedArm) -> None:
     for row, servo in enumerate(dual.servos):
         servo.memory.store("Profile Velocity", 50 + row)
@@ -207,6 +209,7 @@ def test_a_gripper_that_lets_go_stops_the_arm(dual: SteppedArm) -> None:
     assert "servo 9 (gripper) has lost its torque" in ending(dual, HardwareFaultError)
 
 
+@pytest.mark.fault(9)
 def test_a_silent_leader_is_named_by_itself(dual: SteppedArm) -> None:
     dual.at(0.3, lambda: setattr(dual, "damage", without(4)))
     assert "servo 4 (elbow) has been silent" in ending(dual, ArmsynError)

@@ -46,6 +46,7 @@ def test_any_chunking_gives_the_same_packets(packets: list[StatusPacket], cuts: 
     assert parser.counters.garbage_bytes == 0
 
 
+@pytest.mark.fault(1)
 @given(st.lists(st.tuples(st.binary(max_size=12), PACKETS), min_size=1, max_size=5))
 def test_noise_between_packets_is_dropped_and_counted(
     noisy: list[tuple[bytes, StatusPacket]],
@@ -58,6 +59,7 @@ def test_noise_between_packets_is_dropped_and_counted(
     assert parser.counters.garbage_bytes == sum(len(noise) for noise, _ in clean)
 
 
+@pytest.mark.fault(3)
 @given(PACKETS, st.integers(0, 10_000))
 @example(StatusPacket(1, 0, b""), 5 * 8)
 def test_one_flipped_bit_never_gives_another_packet(packet: StatusPacket, bit: int) -> None:
@@ -67,6 +69,7 @@ def test_one_flipped_bit_never_gives_another_packet(packet: StatusPacket, bit: i
     assert StatusParser().feed(bytes(raw)) == []
 
 
+@pytest.mark.fault(2)
 @given(PACKETS, PACKETS, st.integers(1, 40))
 def test_a_truncated_packet_does_not_swallow_the_next(
     first: StatusPacket, second: StatusPacket, lost: int
@@ -90,6 +93,7 @@ def test_a_lost_end_that_the_next_packet_supplies() -> None:
     assert parser.feed(wire(StatusPacket(2, 0, b""))) == [StatusPacket(2, 0, b"")]
 
 
+@pytest.mark.fault(5)
 @pytest.mark.parametrize("length", [0, 1, 2, 0x0100, 0xFFFF])
 def test_a_length_that_lies(length: int) -> None:
     lying = protocol.HEADER + bytes([1, length & 0xFF, length >> 8, protocol.STATUS, 0])
@@ -109,6 +113,7 @@ def test_an_echo_is_no_answer() -> None:
     assert parser.counters.foreign == 1
 
 
+@pytest.mark.fault(1)
 @given(st.binary(max_size=300), st.lists(st.integers(0, 300), max_size=10))
 def test_anything_at_all_is_survived(data: bytes, cuts: list[int]) -> None:
     parser = StatusParser(maximum_length=64)
@@ -120,6 +125,7 @@ def test_anything_at_all_is_survived(data: bytes, cuts: list[int]) -> None:
     assert parser.feed(wire(good)) == [good]
 
 
+@pytest.mark.fault(20)
 def test_the_alert_bit_keeps_the_data() -> None:
     packet = StatusParser().feed(wire(StatusPacket(4, 0x80, b"\x2a")))[0]
     assert packet.alert

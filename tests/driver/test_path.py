@@ -71,6 +71,7 @@ def test_path_time_runs_like_time_until_it_is_stopped() -> None:
     assert path_time.stopping
 
 
+@pytest.mark.fault(27)
 def test_path_time_after_a_stall_starts_from_rest() -> None:
     path_time = PathTime()
     path_time.advance(0.005)

@@ -118,6 +118,7 @@ def expire(stepped: SteppedArm) -> None:
     assert stepped.value("Bus Watchdog") == [255] * 7
 
 
+@pytest.mark.fault(25)
 def test_released_servos_stand_where_they_stood(stepped: SteppedArm) -> None:
     expire(stepped)
     group = ServoGroup(stepped.bus, stepped.description.servo)
@@ -138,6 +139,7 @@ def test_a_watchdog_that_stays_on_is_said(stepped: SteppedArm) -> None:
         release_watchdogs(group)
 
 
+@pytest.mark.fault(21)
 def test_a_servo_that_keeps_an_old_goal_is_said(stepped: SteppedArm) -> None:
     expire(stepped)
     group = ServoGroup(stepped.bus, stepped.description.servo)

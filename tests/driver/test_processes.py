@@ -85,6 +85,7 @@ def registers(port: str, register: reg.Register) -> list[int]:
         bus.close()
 
 
+@pytest.mark.fault(26)
 def test_a_killed_host_leaves_the_watchdog_to_stop_the_arm(
     port: str, human7: ArmDescription
 ) -> None:
@@ -104,6 +105,7 @@ def test_a_killed_host_leaves_the_watchdog_to_stop_the_arm(
     assert clear_watchdogs(port, human7) == ()
 
 
+@pytest.mark.fault(41)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_one_signal_decelerates_and_sees_to_the_arm(port: str, number: signal.Signals) -> None:
     with moving_host(port) as host:
@@ -115,6 +117,7 @@ def test_one_signal_decelerates_and_sees_to_the_arm(port: str, number: signal.Si
     assert registers(port, reg.BUS_WATCHDOG) == [0] * 7
 
 
+@pytest.mark.fault(41)
 def test_two_signals_hold_at_once(port: str) -> None:
     with moving_host(port) as host:
         host.send_signal(signal.SIGINT)
@@ -135,6 +138,7 @@ def test_two_signals_hold_at_once(port: str) -> None:
     assert max(map(abs, registers(port, reg.PRESENT_VELOCITY))) <= 1
 
 
+@pytest.mark.fault(40)
 def test_a_second_program_is_refused(port: str, human7: ArmDescription) -> None:
     with moving_host(port) as host:
         with pytest.raises(PortError, match=f"is taken by process {host.pid}"):
@@ -142,6 +146,7 @@ def test_a_second_program_is_refused(port: str, human7: ArmDescription) -> None:
         assert said_by(host) == "COMPLETED"  # and the first goes on undisturbed
 
 
+@pytest.mark.fault(12)
 def test_a_port_that_vanishes_in_mid_stream(human7: ArmDescription) -> None:
     simulator = SimulatorProcess(*ARM)
     stopped = []

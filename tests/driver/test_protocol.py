@@ -67,11 +67,13 @@ def test_crc_of_the_sdk(data: bytes) -> None:
     assert crc16(data) == Protocol2PacketHandler().updateCRC(0, list(data), len(data))
 
 
+@pytest.mark.fault(4)
 @given(PAYLOADS)
 def test_unstuffing_undoes_stuffing(payload: bytes) -> None:
     assert protocol.unstuff(protocol.stuff(payload)) == payload
 
 
+@pytest.mark.fault(4)
 @given(PAYLOADS)
 def test_no_header_inside_a_packet(payload: bytes) -> None:
     built = protocol.packet(1, protocol.WRITE, payload)
@@ -79,6 +81,7 @@ def test_no_header_inside_a_packet(payload: bytes) -> None:
     assert int.from_bytes(built[5:7], "little") == len(built) - 7
 
 
+@pytest.mark.fault(4)
 @pytest.mark.parametrize("offset", range(12))
 def test_stuffing_at_every_offset(offset: int) -> None:
     payload = bytes(range(1, offset + 1)) + PATTERN + b"\x07"

@@ -94,6 +94,7 @@ def test_any_chunking_gives_the_same_packets(packets: list[StatusPacket], cuts: 
     assert parser.counters.garbage_bytes == 0
 
 
+@pytest.mark.fault(1)
 @given(st.lists(st.tuples(st.binary(max_size=12), PACKETS), min_size=1, max_size=5))
 def test_noise_between_packets_is_dropped_and_counted(
     noisy: list[tuple[bytes, StatusPacket]],
@@ -116,6 +117,7 @@ def test_one_flipped_bit_never_gives_another_packet(packet: StatusPacket, bit: i
     assert parser.feed(bytes(raw)) == []
 
 
+@pytest.mark.fault(5)
 @pytest.mark.parametrize("length", [0, 1, 3, 0xFE, 0xFF])
 def test_a_length_that_lies(length: int) -> None:
     good = StatusPacket(2, 0, b"\x01\x02", 1)
@@ -125,6 +127,7 @@ def test_a_length_that_lies(length: int) -> None:
     assert parser.counters.bad_length == 1
 
 
+@pytest.mark.fault(2)
 @given(PACKETS, st.integers(1, 40))
 def test_a_truncated_packet_does_not_swallow_the_next(packet: StatusPacket, lost: int) -> None:
     raw = wire(packet)

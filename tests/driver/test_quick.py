@@ -62,6 +62,7 @@ def test_what_is_decoded_is_what_the_parser_finds(packets: list[StatusPacket], c
         assert list(found.values()) == packets == StatusParser().feed(data)
 
 
+@pytest.mark.fault(3)
 @given(REPLIES, st.integers(0, 10_000), CUTS)
 def test_one_flipped_bit_is_left_to_the_parser(
     packets: list[StatusPacket], bit: int, cuts: list[int]
@@ -143,6 +144,7 @@ def test_one_flipped_bit_of_a_fast_answer(bit: int) -> None:
     assert counters.bad_crc == 3 - len(collector.replies)
 
 
+@pytest.mark.fault(20)
 def test_each_servos_error_byte_is_kept() -> None:
     packets = [StatusPacket(1, 0x80, bytes(SIZE)), StatusPacket(2, 7, bytes(SIZE))]
     found = FastDecoding(FastLayout({1: SIZE, 2: SIZE})).result(fast_wire(packets))

@@ -132,6 +132,7 @@ def test_another_arm_is_an_error(recording: Recording, human7: ArmDescription) -
         recording.measured_motion(other)
 
 
+@pytest.mark.fault(29)
 def test_a_full_log_drops_and_counts() -> None:
     log = StreamLog(2, 1)
     one = np.ones(1)
@@ -196,6 +197,7 @@ def test_a_damaged_file_is_a_format_error(
         load_recording(tmp_path / "bad.npz")
 
 
+@pytest.mark.fault(37)
 def test_objects_are_never_built_from_a_file(
     recording: Recording, human7: ArmDescription, tmp_path: Path
 ) -> None:
@@ -225,6 +227,7 @@ def test_the_fingerprint_is_of_what_the_driver_uses(human7: ArmDescription) -> N
     assert len({fingerprint(human7), fingerprint(moved)}) == 2
 
 
+@pytest.mark.fault(29)
 def test_a_full_disk_is_said_and_leaves_nothing(
     recording: Recording, human7: ArmDescription, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -101,6 +101,7 @@ def test_servos_that_would_get_one_id_are_restored_one_at_a_time(tmp_path: Path)
     assert set(names(plan)) == {"ID", "Baud Rate"}
 
 
+@pytest.mark.fault(36)
 @pytest.mark.parametrize(
     "damage",
     [

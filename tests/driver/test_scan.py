@@ -65,6 +65,7 @@ def test_a_whole_scan_is_well_under_a_minute() -> None:
     assert 0.0 == progress[0] < progress[-1] < 1.0
 
 
+@pytest.mark.fault(7)
 def test_two_servos_of_one_id_are_suspected() -> None:
     bus = bench("xm430-w350:1", "xl430-w250:3", faults=["duplicate-id:id=3,as=1"])
     result = scan(bus, (57_600,), (2,))

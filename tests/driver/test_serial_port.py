@@ -66,11 +66,13 @@ def test_unusual_baud_rates(terminal: tuple[int, str]) -> None:
     port.close()
 
 
+@pytest.mark.fault(13)
 def test_no_such_port() -> None:
     with pytest.raises(PortError, match="/dev/nothing does not exist: plug"):
         SerialPort("/dev/nothing", 1_000_000)
 
 
+@pytest.mark.fault(13)
 def test_no_permission(terminal: tuple[int, str], monkeypatch: pytest.MonkeyPatch) -> None:
     # made up, for the user who runs the tests may be allowed everything
     def refuse(*_: object, **__: object) -> None:
@@ -100,6 +102,7 @@ def test_a_port_that_is_ours_already(terminal: tuple[int, str], tmp_path: Path) 
     SerialPort(str(link), 1_000_000).close()
 
 
+@pytest.mark.fault(40)
 def test_a_port_that_a_stranger_has_locked(terminal: tuple[int, str]) -> None:
     stranger = serial.Serial(terminal[1], 57_600, exclusive=True)
     with pytest.raises(PortError, match="taken by another program"):
@@ -116,6 +119,7 @@ sys.stdin.read()
 """
 
 
+@pytest.mark.fault(40)
 def test_another_process_and_its_death(tmp_path: Path) -> None:
     port = str(tmp_path / "port")
     with subprocess.Popen(
@@ -222,6 +226,7 @@ def given_up_after(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGALRM, previous)
 
 
+@pytest.mark.fault(12)
 def test_a_port_that_hangs_up(terminal: tuple[int, str]) -> None:
     master, path = terminal
     port = SerialPort(path, 1_000_000)

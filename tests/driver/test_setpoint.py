@@ -100,6 +100,7 @@ def speeds_fade(recording: Recording, arm: ArmDescription) -> None:
     assert (acceleration <= 1.05 * arm.max_acceleration).all()
 
 
+@pytest.mark.fault(27)
 def test_a_stall_is_followed_by_a_start_from_rest(stepped: SteppedArm) -> None:
     stepped.at(1.5, lambda: stepped.clock.advance(0.1))
     recording = stepped.session().run_setpoint(circle(stepped.description), 3.0)
@@ -140,6 +141,7 @@ def test_a_duration_that_is_none_is_refused(stepped: SteppedArm, longest: float)
         stepped.session().run_setpoint(circle(stepped.description), longest)
 
 
+@pytest.mark.fault(30)
 @pytest.mark.parametrize("wrong", [np.nan, 0.3, np.inf], ids=["nan", "jump", "inf"])
 def test_a_setpoint_that_must_not_be_sent_is_a_fault(stepped: SteppedArm, wrong: float) -> None:
     good = circle(stepped.description)

@@ -57,6 +57,7 @@ def test_it_is_found_at_rates_that_nobody_expects(widowx: ArmDescription, baud: 
     assert bus.ping(1) == (1020, 45)
 
 
+@pytest.mark.fault(16)
 def test_settings_that_a_driver_must_not_meet_are_put_right(widowx: ArmDescription) -> None:
     registers = {
         "Drive Mode": 0b1101,
@@ -86,6 +87,7 @@ def arm_bench_of(arm: ArmDescription, servo_id: int, registers: dict[str, int]) 
         return arm_bench(Path(folder), [servo_of(arm, servo_id)], {servo_id: registers})
 
 
+@pytest.mark.fault(23)
 def test_a_homing_offset_that_counts_is_left_alone(widowx: ArmDescription) -> None:
     bus = arm_bench_of(widowx, 1, {"Homing Offset": -1024})
     assert not planned(bus, widowx, 1).changes
@@ -151,6 +153,7 @@ def test_nobody_there_is_said(widowx: ArmDescription) -> None:
         find_lone_servo(bus, servo_of(widowx, 1), (57_600,))
 
 
+@pytest.mark.fault(22)
 def test_a_servo_under_torque_is_refused_and_keeps_it(widowx: ArmDescription) -> None:
     bus = bench("xm430-w350:1")
     bus.port.bus.servos[0].write(64, b"\1")
@@ -169,6 +172,7 @@ def test_torque_that_comes_on_after_the_question_is_refused_too(widowx: ArmDescr
     assert bus.value(1, "Return Delay Time") == 250
 
 
+@pytest.mark.fault(7)
 def test_a_place_where_another_answers_is_refused(widowx: ArmDescription) -> None:
     bus = bench("xm430-w350:1", "xm430-w350:2")
     bus.port.bus.servos[1].memory.store("Baud Rate", 4)  # out of the first look's sight

@@ -48,6 +48,7 @@ def test_nothing_is_left_in_the_folder(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.fault(29)
 def test_a_full_disk_costs_rows_and_nothing_else(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -68,6 +69,7 @@ def test_a_full_disk_costs_rows_and_nothing_else(
     assert len(found) == 2 * CHUNK
 
 
+@pytest.mark.fault(29)
 def test_a_slow_disk_never_holds_up_who_appends(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -36,6 +36,7 @@ def test_a_sound_arm_has_nothing_to_say(stepped: SteppedArm, human7: ArmDescript
     assert (first.torque, first.firmware, first.return_delay) == (False, 45, 0.0)
 
 
+@pytest.mark.fault(43)
 def test_nothing_is_written(stepped: SteppedArm) -> None:
     status_of(stepped)
     sent = stepped.bus.serial_port.written
@@ -65,6 +66,7 @@ def test_a_missing_servo_is_named_and_the_rest_is_told(stepped: SteppedArm) -> N
     assert status.servos[6].voltage == 12.0
 
 
+@pytest.mark.fault(14)
 def test_nobody_at_this_baud_rate_points_to_the_scan(stepped: SteppedArm) -> None:
     stepped.damage = lambda _: b""
     (finding,) = findings(stepped)
@@ -162,6 +164,7 @@ def test_another_model_is_told_of_by_its_own_registers(human7: ArmDescription) -
     assert status.servos[5].load == 0.0
 
 
+@pytest.mark.fault(16)
 def test_return_delays_are_a_note_until_they_cost_the_rate(human7: ArmDescription) -> None:
     slow = findings(SteppedArm(human7, return_delay=250))
     assert [f.level for f in slow] == ["problem"] + ["note"] * 7
@@ -173,6 +176,7 @@ def test_return_delays_are_a_note_until_they_cost_the_rate(human7: ArmDescriptio
     ] * 7
 
 
+@pytest.mark.fault(15)
 def test_a_slow_adapter_is_a_problem_where_it_costs_the_rate(stepped: SteppedArm) -> None:
     stepped.bus.latency = 0.016
     (finding,) = findings(stepped)

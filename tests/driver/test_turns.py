@@ -31,6 +31,7 @@ def test_extended_mode_within_the_described_turn_moves(stepped: SteppedArm) -> N
     assert stepped.session().run(stepped.way(0.2, 0, 0, 0.3)).ending is Ending.COMPLETED
 
 
+@pytest.mark.fault(24)
 @pytest.mark.parametrize("turns", [1, -2])
 def test_another_turn_than_described_is_refused(stepped: SteppedArm, turns: int) -> None:
     extended(stepped, turns)
@@ -42,6 +43,7 @@ def test_another_turn_than_described_is_refused(stepped: SteppedArm, turns: int)
     assert "armsyn calibrate" in message
 
 
+@pytest.mark.fault(24)
 def test_after_a_restart_the_described_turn_is_back(stepped: SteppedArm) -> None:
     extended(stepped)
     stepped.by_id[ELBOW].reboot()
@@ -49,6 +51,7 @@ def test_after_a_restart_the_described_turn_is_back(stepped: SteppedArm) -> None
     assert stepped.session().run(stepped.way(0.2, 0, 0, 0.3)).ending is Ending.COMPLETED
 
 
+@pytest.mark.fault(24)
 @pytest.mark.parametrize("mode", [3, EXTENDED])
 def test_a_joint_of_several_turns_is_refused_where_turns_are_forgotten(
     human7: ArmDescription, mode: int
@@ -80,6 +83,7 @@ def test_position_mode_ends_with_the_turn(human7: ArmDescription) -> None:
     check_position_limits(way, read_facts(group), stepped.description)
 
 
+@pytest.mark.fault(21)
 def test_a_shadows_own_limits_count() -> None:
     stepped = SteppedArm(load_arm("viperx_300s"))
     stepped.by_id[5].memory.store("Min Position Limit", 2900)
@@ -88,6 +92,7 @@ def test_a_shadows_own_limits_count() -> None:
     assert set(stepped.torque()) == {0}
 
 
+@pytest.mark.fault(19)
 def test_limits_of_temperature_and_voltage_are_the_servos(stepped: SteppedArm) -> None:
     stepped.by_id[2].memory.store("Temperature Limit", 61)
     stepped.by_id[3].memory.store("Min Voltage Limit", 110)
@@ -98,6 +103,7 @@ def test_limits_of_temperature_and_voltage_are_the_servos(stepped: SteppedArm) -
     assert np.isfinite(limits.max_voltage).all()
 
 
+@pytest.mark.fault(10)
 def test_restarted_servos_get_everything_anew(stepped: SteppedArm) -> None:
     """Row 10: after the fault, a reboot and a clearing, RAM is written and read back again."""
     session = stepped.session()

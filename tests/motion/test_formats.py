@@ -241,6 +241,7 @@ def test_csv_extra_columns_are_ignored_when_read(tmp_path: Path) -> None:
     assert_same(read_motion(path), small_motion())
 
 
+@pytest.mark.fault(38)
 def test_too_many_rows_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(csv_format, "MOST_ROWS", 2)
     path = tmp_path / "long.csv"
@@ -304,6 +305,7 @@ def test_npz_members_that_claim_more_than_they_hold_take_no_memory(tmp_path: Pat
     assert_refused(path, "'time_s' is damaged")
 
 
+@pytest.mark.fault(38)
 def test_npz_bombs_are_refused_by_their_claimed_size(tmp_path: Path) -> None:
     path = npz_with(tmp_path / "motion.npz", time_s=None)
     with (

@@ -184,6 +184,7 @@ def test_a_hand_that_is_there_already_stays(arm: ArmDescription, planner: ReachP
     check_trajectory(planned.trajectory, arm, arm.rest)
 
 
+@pytest.mark.fault(32)
 @pytest.mark.parametrize(
     ("target", "advice"),
     [

@@ -38,6 +38,7 @@ def arm() -> ArmDescription:
     return two_links("", POST)
 
 
+@pytest.mark.fault(34)
 def test_a_post_between_two_samples(arm: ArmDescription) -> None:
     """Both ends are 0.3 m from the post; the arm sweeps through it between them."""
     path = np.array([[0.8, 0.0], [2.3, 0.0]])
@@ -73,6 +74,7 @@ def test_too_near_is_said_as_such(arm: ArmDescription) -> None:
     assert check_collision(np.array([[angle, 0.0]]), arm, 0.002) is None
 
 
+@pytest.mark.fault(34)
 def test_the_first_contact_is_named(arm: ArmDescription) -> None:
     """Back and forth twice, the second time at coarse samples."""
     out = np.linspace(0.8, 1.6, 200)
@@ -110,6 +112,7 @@ postures = st.tuples(
 ).map(list)
 
 
+@pytest.mark.fault(34)
 @settings(deadline=None)
 @given(st.lists(postures, min_size=1, max_size=4), st.sampled_from([-0.02, 0.0, MARGIN, 0.03]))
 def test_paths_by_brute_force(rows: list[list[float]], margin: float) -> None:

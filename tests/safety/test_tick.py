@@ -63,6 +63,7 @@ def commands(draw: st.DrawFn) -> Array:
     return np.vstack([start, start + np.cumsum(way, axis=0)])
 
 
+@pytest.mark.fault(33)
 @given(commands(), st.tuples(steps, steps))
 def test_what_is_allowed_is_within_all_limits(before: Array, step: tuple[float, float]) -> None:
     wanted = before[-1] + np.array(step)
@@ -94,6 +95,7 @@ def test_what_is_allowed_is_within_all_limits(before: Array, step: tuple[float, 
         assert np.max(near) > 1.0 - 1e-9  # a limit is broken, or met to rounding
 
 
+@pytest.mark.fault(30)
 @given(st.integers(0, 4), st.integers(0, 1), bad)
 def test_what_is_no_number_is_never_allowed(row: int, joint: int, value: float) -> None:
     """In the command, in the three before it, and in what was measured."""
@@ -151,6 +153,7 @@ def test_loads_by_their_limits(temperature: float, current: float, voltage: floa
     assert check_load(state, blind) is None
 
 
+@pytest.mark.fault(19)
 @pytest.mark.parametrize(
     ("more", "text", "value", "limit"),
     [
@@ -169,6 +172,7 @@ def test_what_an_overloaded_servo_says(
     assert (fault.value, fault.limit) == (value, limit)
 
 
+@pytest.mark.fault(19)
 def test_servos_are_warned_of_before_they_are_too_hot() -> None:
     assert warm_joints(REST, LIMITS) == ()
     assert warm_joints(REST._replace(temperature=np.array([64.9, 65.1])), LIMITS) == ("b",)
@@ -218,6 +222,7 @@ def test_commands_that_are_none(wanted: object) -> None:
     assert "the command is not 2 numbers" in str(fault)
 
 
+@pytest.mark.fault(33)
 def test_rounding_past_a_limit_is_taken_off() -> None:
     state = TickState.at_rest([1.0, -1.0])
     command, _ = judge_tick(state, [1.0 + 5e-7, -1.0 - 5e-7], LIMITS)
@@ -251,6 +256,7 @@ def test_a_stream_at_an_arms_limits_passes_and_a_faster_one_does_not(rate: float
             assert "elbow_flexion: the command jumps" in str(faults[0])
 
 
+@pytest.mark.fault(31)
 def test_a_spike_is_found_by_its_acceleration() -> None:
     """A command 0.003 rad off the path, which speed alone lets pass."""
     arm = load_arm("human7")
@@ -262,6 +268,7 @@ def test_a_spike_is_found_by_its_acceleration() -> None:
     assert check_rates(spike, TickState.at_rest(arm.rest).commands, limits) is not None
 
 
+@pytest.mark.fault(34)
 def test_a_command_into_a_post() -> None:
     post = '[[box]]\nname = "post"\ncentre = [0.0, 0.475, 0.0]\nsize = [0.01, 0.15, 1.0]\n'
     arm = two_links("", post)

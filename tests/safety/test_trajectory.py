@@ -41,6 +41,7 @@ def test_a_gentle_motion_passes(arm: ArmDescription) -> None:
     check_trajectory(motion(arm, sine(arm, 0.8, 2.0)), arm, arm.rest)
 
 
+@pytest.mark.fault(31)
 def test_speed_by_its_closed_form(arm: ArmDescription) -> None:
     # raised cosine of amplitude A over T: peak speed A pi / T, peak acceleration 2 A (pi / T)^2
     limit, amplitude = arm.max_velocity[ELBOW], 1.2
@@ -54,6 +55,7 @@ def test_speed_by_its_closed_form(arm: ArmDescription) -> None:
     assert "a speed of" in str(caught.value)
 
 
+@pytest.mark.fault(31)
 def test_acceleration_by_its_closed_form(arm: ArmDescription) -> None:
     limit, amplitude = arm.max_acceleration[ELBOW], 0.2
     duration = np.pi * np.sqrt(2.0 * amplitude / limit)
@@ -86,6 +88,7 @@ def minimum_jerk(arm: ArmDescription, way: float, duration: float, rate: float) 
     return motion(arm, angles, time)
 
 
+@pytest.mark.fault(31)
 @pytest.mark.parametrize("rate", [200.0, 1000.0])
 def test_jerk_by_its_closed_form(arm: ArmDescription, rate: float) -> None:
     way, duration, fast = 2.0, 0.3, with_fast(arm)
@@ -129,6 +132,7 @@ def test_rounding_breaks_no_limit(arm: ArmDescription, rate: float) -> None:
     check_trajectory(motion(arm, single, gentle.time), arm)
 
 
+@pytest.mark.fault(34)
 def test_the_way_through_the_trunk_is_refused(arm: ArmDescription) -> None:
     """Both ends are free: the forearm swings through the trunk between them."""
     start, goal = arm.rest.copy(), arm.rest.copy()
@@ -153,6 +157,7 @@ def test_a_motion_that_does_not_start_or_end_at_rest(arm: ArmDescription, end: s
         check_trajectory(motion(arm, cut), arm)
 
 
+@pytest.mark.fault(33)
 def test_a_joint_outside_its_range(arm: ArmDescription) -> None:
     angles = sine(arm, 2.2, 8.0)
     with pytest.raises(LimitError) as caught:
@@ -168,6 +173,7 @@ def test_a_joint_exactly_at_its_limit_passes(arm: ArmDescription) -> None:
     check_trajectory(motion(arm, angles), arm)
 
 
+@pytest.mark.fault(31)
 def test_a_start_elsewhere(arm: ArmDescription) -> None:
     angles = sine(arm, 0.8, 2.0)
     elsewhere = arm.rest.copy()
@@ -180,6 +186,7 @@ def test_a_start_elsewhere(arm: ArmDescription) -> None:
     check_trajectory(motion(arm, angles), arm, elsewhere, start_tolerance=0.07)
 
 
+@pytest.mark.fault(30)
 @given(st.integers(0, 99), st.integers(0, 6), st.sampled_from([np.nan, np.inf, -np.inf]))
 def test_values_that_are_no_numbers(frame: int, joint: int, value: float) -> None:
     arm = load_arm("human7")
