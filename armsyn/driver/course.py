@@ -136,13 +136,13 @@ class Coast:
         self.duration = ramp_time(np.abs(velocity), max_acceleration)
         room = np.where(velocity >= 0.0, upper - start, start - lower).clip(min=0.0)
         # a ramp of length T travels half of what full speed would
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             longest = 2.0 * room / np.abs(velocity)
         self._ramps = np.where(velocity == 0.0, self.duration, np.fmin(longest, self.duration))
 
     def at(self, elapsed: float) -> FloatArray:
         """Posture `elapsed` seconds after the start, shape (n,), rad."""
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             u = np.where(self._ramps > 0.0, np.clip(elapsed / self._ramps, 0.0, 1.0), 1.0)
         way = self._velocity * self._ramps * (u - u**3 + 0.5 * u**4)
         return np.asarray(self._start + way)

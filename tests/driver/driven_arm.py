@@ -49,6 +49,9 @@ CALM = 1.0
 COOLINGS, COOLING = 4, 300.0
 """How often servos with an error are switched off and on, and seconds that they cool down for."""
 
+PATIENT = 10.0
+"""Seconds of real time in which a setpoint function has come to its end."""
+
 SETPOINTS = ("sound", "nan", "jump", "text", "raises", "slow", "ends", "outside")
 
 
@@ -329,6 +332,9 @@ class DrivenArm(RuleBasedStateMachine):
     @invariant()
     def all_is_given_back(self) -> None:
         """Signals, threads and the collector are as they were."""
+        for thread in threading.enumerate():
+            if thread.name == "armsyn setpoint":  # on a busy machine it may count as stuck
+                thread.join(PATIENT)
         assert held() == self.held
 
 

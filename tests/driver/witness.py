@@ -125,10 +125,11 @@ class Witness:
         self.streamed.append(goals)
         for servo_id, goal in goals.items():
             low, high = self.range[servo_id]
-            if not low <= goal <= high:
+            last = self._last[servo_id]  # an arm that was found outside comes back, but no farther
+            if not min(low, last) <= goal <= max(high, last):
                 self.say(f"goal {goal} of servo {servo_id} is outside {low} to {high}")
-            if abs(goal - self._last[servo_id]) > self.step[servo_id]:
-                self.say(f"goal of servo {servo_id} jumps from {self._last[servo_id]} to {goal}")
+            if abs(goal - last) > self.step[servo_id]:
+                self.say(f"goal of servo {servo_id} jumps from {last} to {goal}")
         self._last |= goals
 
     def on_torque(self, servo: Servo, on: bool) -> None:
