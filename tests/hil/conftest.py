@@ -1,8 +1,18 @@
-"""The same tests on simulated and on real servos: ``pytest tests/hil --port PORT [--arm NAME]``.
+"""The same tests on simulated and on real arms: ``pytest tests/hil --port PORT [--arm NAME]``.
 
-Without ``--port`` a simulator is started. With it the arm on that port moves: by a third of a
-radian in its first joint, from where it stands, and back. It must stand near its rest posture,
-and have room.
+Without ``--port`` a simulator is started. With it, whatever is on that port is an arm: nothing here
+knows or asks whether it is simulated. Any described arm may be named, also one's own (a file in
+the folder that ``ARMSYN_CALIBRATION`` names). Servos without a bus watchdog ask for
+``--accept-no-watchdog``.
+
+Before: the arm is set up and calibrated (``armsyn status`` has nothing to say), stands near its
+rest posture, limp or holding, with room on all sides; somebody has a hand at the supply's switch.
+
+What moves, in this order: the first joint by a third of a radian and back, several times, once
+interrupted; the same with the program that moves it killed (``kill -9``), after which the servos'
+watchdogs stop the arm, and it is cleared; the last joint by a tenth of a radian and back; the hand
+by six centimetres and back; all of it to the rest posture, **where the torque goes off**. If a
+test fails, the arm holds: look at it, then ``armsyn clear`` and ``armsyn park``.
 """
 
 from collections.abc import Iterator
