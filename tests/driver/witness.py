@@ -20,6 +20,9 @@ GOALS_1 = b"\xff\xff\xfe"
 STANDING = 12
 """Ticks that a servo may be off its goal as its torque comes on: what a limp joint swings."""
 
+WATCHDOG = 15
+"""Units of 20 ms that bus watchdogs are armed with."""
+
 FASTEST_LEAD = 1.0
 """rad/s that goals may move beyond what the posture does, to hold it against gravity."""
 
@@ -76,6 +79,8 @@ class Witness:
             i: (min(pair) - 1, max(pair) + 1)
             for i, *pair in zip(rows, low.tolist(), high.tolist(), strict=True)
         }
+        moving = (*arm.leaders, *arm.shadows)
+        self.watched = {servo.id for servo in moving if servo.protocol == 2}
         self.step = dict(zip(rows, steps.tolist(), strict=True))
         self.begin("")
         self._listen()
@@ -143,6 +148,9 @@ class Witness:
             off = abs(register(servo, "Goal Position") - register(servo, "Present Position"))
             if off > (MOVING if self.disturbed else STANDING):
                 self.say(f"servo {servo.servo_id} gets torque {off} ticks off its goal")
+            watched = servo.servo_id in self.watched
+            if watched and register(servo, "Bus Watchdog") != WATCHDOG:
+                self.say(f"servo {servo.servo_id} gets torque with its watchdog not armed")
             if self.phase != "run":
                 self.say(f"servo {servo.servo_id} gets torque that nobody asked for")
 
