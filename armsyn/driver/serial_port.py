@@ -181,8 +181,11 @@ class SerialPort:
         if len(data) < count:
             self._sleep_until(expected - LOOK_BEFORE)
         until = expected + LOOK_AFTER
-        while len(data) < count and self.wait(until):
-            data += self.read_now()
+        while len(data) < count:
+            more = self.read(until)
+            if not more:
+                break
+            data += more
             if look is not None and len(data) < count:
                 look(data)
         return data

@@ -73,6 +73,17 @@ def test_no_such_port() -> None:
 
 
 @pytest.mark.fault(13)
+@pytest.mark.timeout(20)
+def test_a_port_that_hangs_up_while_bytes_are_gathered(terminal: tuple[int, str]) -> None:
+    master, path = terminal
+    with contextlib.closing(SerialPort(path, 1_000_000)) as port:
+        os.write(master, b"begin")
+        assert port.gather(5, port.now()) == b"begin"
+        os.close(master)
+        with pytest.raises(PortLostError, match="was lost while in use"):
+            port.gather(10, port.now() + 0.01)
+
+
 def test_no_permission(terminal: tuple[int, str], monkeypatch: pytest.MonkeyPatch) -> None:
     # made up, for the user who runs the tests may be allowed everything
     def refuse(*_: object, **__: object) -> None:
