@@ -76,8 +76,7 @@ def baud_code(model: ServoModel, baud: int) -> int:
         if model.layout is reg.MX1 and baud in _MX1_BAUD_CODES:
             return _MX1_BAUD_CODES[baud]
         code = round(_CLASSIC_CLOCK / baud) - 1  # e-Manual, AX-12A, "Baud Rate(4)"
-        near = abs(_CLASSIC_CLOCK / (code + 1) - baud) <= _BAUD_TOLERANCE * baud if code else False
-        if 1 <= code <= 207 and near:
+        if 1 <= code <= 207 and abs(_CLASSIC_CLOCK / (code + 1) - baud) <= _BAUD_TOLERANCE * baud:
             return code
     raise DescriptionError(f"a {model.name} has no baud rate of {baud} bit/s")
 

@@ -60,7 +60,13 @@ def test_baud_codes_of_the_manual(model: str, protocol: int, baud: int, code: in
 
 @pytest.mark.parametrize(
     ("model", "protocol", "baud"),
-    [("xm430-w350", 2, 500_000), ("xl-320", 2, 2_000_000), ("ax-12a", 1, 3_000_000)],
+    [
+        ("xm430-w350", 2, 500_000),
+        ("xl-320", 2, 2_000_000),
+        ("ax-12a", 1, 3_000_000),
+        ("ax-12a", 1, 4_500_000),
+        ("mx-28", 1, 4_500_000),
+    ],
 )
 def test_rates_that_a_model_lacks_are_refused(model: str, protocol: int, baud: int) -> None:
     with pytest.raises(DescriptionError, match="no baud rate"):

@@ -61,6 +61,20 @@ def test_a_set_up_is_undone_at_its_new_place(tmp_path: Path, widowx: ArmDescript
     assert not nothing.changes
 
 
+@pytest.mark.parametrize("model", ["ax-12a", "mx-28"])
+def test_a_classic_servo_goes_back_to_its_old_rate(tmp_path: Path, model: str) -> None:
+    bus = bench(f"{model}:5", baud=115_200)
+    image = read_eeprom(bus, FoundServo(115_200, 1, 5, servo_model(model, 1).number, 0))
+    backup = BackupFile(tmp_path, "some_arm", "port")
+    backup.add(image, Reach(5, 1, 1_000_000))
+    bus.port.bus.servos[0].write(4, b"\x01")
+    bus.setBaudRate(1_000_000)
+    (plan,) = plan_restore(bus, read_backup(backup.path), backup.path)
+    assert names(plan) == ["Baud Rate"]
+    now = write_changes(bus, plan.image, plan.changes, plan.title)
+    assert (now.registers, bus.baudrate) == (image.registers, 115_200)
+
+
 def test_backups_never_replace_each_other(tmp_path: Path, widowx: ArmDescription) -> None:
     bus = bench("xm430-w350:1")
     image = planned(bus, widowx, 3).image

@@ -118,6 +118,16 @@ def test_a_wheel_of_protocol_1_becomes_a_joint() -> None:
     assert bus.value(14, "CCW Angle Limit") == 1023
 
 
+def test_a_classic_servo_gets_another_rate() -> None:
+    arm = load_arm("reachy_right", calibrated=False)
+    bus = bench("ax-18a:1", baud=57_600)
+    plan = planned(bus, arm, 14)
+    assert names(plan)[-2:] == ["ID", "Baud Rate"]
+    now = carried_out(bus, plan)
+    assert now.found == plan.target
+    assert now.found.baud == servo_of(arm, 14).baud == bus.baudrate
+
+
 def test_a_servo_that_speaks_protocol_1_is_taught_2(widowx: ArmDescription) -> None:
     bus = bench("xm430-w350:1", protocol=1)
     plan = planned(bus, widowx, 1)
