@@ -18,8 +18,8 @@ def clear(yes: bool, **options: Any) -> None:
     """Clear what a fault left on an arm, so that it may move again.
 
     Switches bus watchdogs off that are armed or have expired. Servos that theirs has stopped hold
-    where they are (goal := present); nothing moves, and torque stays as it is. Look at the arm
-    first. Hardware errors stay: `armsyn reboot` ends those.
+    where they are (goal := what they are held at, or present); nothing moves, and torque stays as
+    it is. Look at the arm first. Hardware errors stay: `armsyn reboot` ends those.
 
     Exit status: 0, or 3 when servos still report hardware errors.
     """

@@ -35,7 +35,7 @@ def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:
     DescriptionError, PortError, ServoMissingError, ServoMismatchError, BusError
         As `ArmSession.open`.
     HardwareFaultError
-        A watchdog that stays on, or a stopped servo that does not take its position as its goal.
+        A watchdog that stays on, or a stopped servo that does not take its goal.
     """
     check_known(arm)
     with contextlib.closing(Bus(port, arm.servo[0].baud)) as bus:

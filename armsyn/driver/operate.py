@@ -175,7 +175,8 @@ def read_latched(group: ServoGroup) -> Latched:
 def clear(group: ServoGroup) -> tuple[int, ...]:
     """Switch off bus watchdogs that a fault left; servos they have stopped hold where they are.
 
-    This is the operator's word that the arm may move again. Nothing moves by it.
+    This is the operator's word that the arm may move again. Nothing moves by it: the goal of a
+    servo under torque becomes what it is held at, not where its load lets it be.
 
     Returns
     -------
@@ -185,7 +186,7 @@ def clear(group: ServoGroup) -> tuple[int, ...]:
     Raises
     ------
     HardwareFaultError
-        A watchdog that stays on, or a stopped servo that does not take its position as its goal.
+        A watchdog that stays on, or a stopped servo that does not take its goal.
     BusError, PortLostError
         As the bus.
     """

@@ -239,7 +239,7 @@ def release_watchdogs(group: ServoGroup) -> tuple[int, ...]:
     Raises
     ------
     HardwareFaultError
-        A watchdog that stays on, or a stopped servo that does not take its position as its goal.
+        A watchdog that stays on, or a stopped servo that does not take its goal.
     BusError, PortLostError
         As the bus.
     """
@@ -258,8 +258,16 @@ def release_watchdogs(group: ServoGroup) -> tuple[int, ...]:
 
 
 def _where_stopped(group: ServoGroup, expired: Sequence[int]) -> dict[int, int]:
-    """Goals for stopped servos: where they are, where its leader is (or is sent) for a shadow."""
+    """Goals that leave stopped servos standing; a shadow's is its leader's.
+
+    A servo under torque is held at its Position Trajectory, which leads its position against
+    gravity: with its position as its goal it would sink. That counts while it is near.
+    """
     goals = group.read("Present Position", expired) if expired else {}
+    torque = group.read("Torque Enable", expired) if expired else {}
+    for servo_id, held in group.read("Position Trajectory", expired).items():
+        if torque[servo_id] and abs(held - goals[servo_id]) <= GOAL_TOLERANCE_TICKS:
+            goals[servo_id] = held
     standing: dict[int, int] = {}
     for servo in group.servos:
         if servo.id in expired and servo.shadow_of in group.ids:

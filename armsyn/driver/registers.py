@@ -220,6 +220,7 @@ X = _layout(
     PRESENT_CURRENT,
     PRESENT_VELOCITY,
     PRESENT_POSITION,
+    Register("Position Trajectory", 140, 4, "signed"),
     Register("Present Input Voltage", 144, 2),
     Register("Present Temperature", 146, 1),
     ram=64,

@@ -17,6 +17,8 @@ from armsyn.driver.gravity import (
     LeadSettings,
 )
 from armsyn.driver.joints import JointState
+from armsyn.driver.operate import clear
+from armsyn.driver.servos import ServoGroup
 from armsyn.errors import CollisionError
 from armsyn.safety import check_trajectory
 from firmware_sim.tables import find_model
@@ -118,6 +120,26 @@ def test_a_fault_holds_with_the_goals_that_carry_the_arm(human7: ArmDescription)
     held = human7.calibration.to_ticks(session.recording.sent_rad[-1])
     assert heavy.value("Goal Position")[:7] == held.tolist()
     assert np.abs(session.recording.sent_rad[-1] - session.recording.commanded_rad[-1]).max() > 0.01
+
+
+@pytest.mark.parametrize("name", ["human7", "viperx_300s"])
+def test_clearing_a_loaded_arm_does_not_let_it_sink(name: str) -> None:
+    arm = load_arm(name)
+    heavy, goal = HeavyArm(arm), goal_of(arm)
+    session = heavy.session(accept_no_watchdog=True)
+
+    def on_tick(path_time: float, duration: float) -> None:
+        if path_time >= duration:
+            raise KeyError("theirs")
+
+    with pytest.raises(KeyError):
+        session.run(straight_way(session.read_posture(), goal, arm, 200.0), on_tick=on_tick)
+    heavy.clock.advance(1.5)
+    assert 255 in heavy.value("Bus Watchdog")
+    before = heavy.positions()
+    assert clear(ServoGroup(heavy.bus, arm.servo)) != ()
+    heavy.clock.advance(1.5)
+    assert np.abs(heavy.positions() - before).max() < 2 * TICK
 
 
 def test_the_lead_is_the_weight_over_the_stiffness(human7: ArmDescription) -> None:
