@@ -18,7 +18,8 @@ demo: $(VENV)/.run  ## reach for three targets on the simulated human-like arm, 
 	@echo "The hand's speed, captured, planned, measured and without synergy: out/reach-[123].png"
 
 test: $(VENV)/.test  ## everything that must hold
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "not realtime"
+	$(BIN)/python -m pytest -q -m realtime
 
 lint: $(VENV)/.test  ## style and types
 	$(BIN)/ruff check .

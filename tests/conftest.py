@@ -11,6 +11,56 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 _PROCESS = Path("/proc/self")
 
+REALTIME = frozenset(
+    {
+        "cli/test_find_port",
+        "cli/test_learn",
+        "cli/test_operating",
+        "cli/test_reach",
+        "cli/test_reach_processes",
+        "cli/test_reach_refusals",
+        "cli/test_set_up",
+        "cli/test_stream",
+        "contract/test_easy_groups",
+        "contract/test_easy_sdk",
+        "contract/test_rustypot",
+        "contract/test_sdk_groups",
+        "contract/test_sdk_protocol1",
+        "contract/test_sdk_protocol2",
+        "driver/test_bus",
+        "driver/test_exchange",
+        "driver/test_find_port",
+        "driver/test_indirect",
+        "driver/test_killed",
+        "driver/test_own_process",
+        "driver/test_processes",
+        "driver/test_serial_port",
+        "driver/test_setpoint",
+        "driver/test_spool",
+        "firmware_sim/test_command",
+        "firmware_sim/test_faults_process",
+        "firmware_sim/test_hands",
+        "firmware_sim/test_hang_up",
+        "firmware_sim/test_live_table",
+        "firmware_sim/test_pytest_plugin",
+        "firmware_sim/test_state_file",
+        "firmware_sim/test_trace",
+        "firmware_sim/test_words",
+        "hil/test_arm",
+        "hil/test_host_killed",
+        "test_hil",
+        "hil/test_operating",
+    }
+)
+"""Tests that keep to the clock of the wall together with other processes: they want the machine to
+themselves, while all others may share it."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if str(item.path.relative_to(ROOT / "tests").with_suffix("")) in REALTIME:
+            item.add_marker(pytest.mark.realtime)
+
 
 @pytest.fixture(scope="session")
 def captures() -> Path:
