@@ -7,7 +7,7 @@ to fall silent before the next request, so that a late reply answers nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import partial
 from threading import RLock
 
@@ -19,6 +19,9 @@ from armsyn.driver.parser import ParserCounters, StatusPacket
 from armsyn.driver.plans import ReadPlan
 from armsyn.driver.requests import Request
 from armsyn.errors import BusBudgetError, BusTimeoutError, ServoStatusError
+
+_MISHEARD = {1: 0x10, 2: 3}
+"""By protocol, what a servo answers to a request that noise has struck: checksum or CRC error."""
 
 
 class ExchangeBus(BusPort):
@@ -132,7 +135,7 @@ class ExchangeBus(BusPort):
         for attempt in range(attempts):
             if attempt:
                 self._spend([servo_id])
-            if replies := self._run(request):
+            if replies := heard(self._run(request)):
                 self._check(replies.values())
                 return replies[servo_id]
         raise self._silent((servo_id,))
@@ -173,3 +176,13 @@ class ExchangeBus(BusPort):
         allowed = self.margin if margin is None else margin
         with self._lock:
             return self._line.exchange(self.serial_port, request, before, duration, allowed)
+
+
+def heard(replies: Mapping[int, StatusPacket]) -> dict[int, StatusPacket]:
+    """Answers without those that only say that a request came damaged: they count as none."""
+    return {i: reply for i, reply in replies.items() if not _misheard(reply)}
+
+
+def _misheard(reply: StatusPacket) -> bool:
+    error, code = reply.error_number, _MISHEARD[reply.protocol]
+    return bool(error & code) if reply.protocol == 1 else error == code

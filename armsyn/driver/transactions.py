@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armsyn.driver.exchanging import ExchangeBus
+from armsyn.driver.exchanging import ExchangeBus, heard
 from armsyn.driver.plans import Kind, ReadPlan
 from armsyn.driver.protocol import BROADCAST_ID
 from armsyn.driver.protocol1 import MAXIMUM_ID as LAST_ID_1
@@ -152,15 +152,15 @@ class Bus(ExchangeBus):
         """One register of several servos, in the order of `servo_ids`; errors as `read`.
 
         Who did not answer is asked again by itself: a silent servo keeps those waiting that are
-        to answer after it.
+        to answer after it. So is who heard a damaged request.
         """
-        replies = self.exchange(b"", self._plans(register, servo_ids, "sync"))
+        replies = heard(self.exchange(b"", self._plans(register, servo_ids, "sync")))
         for _ in range(attempts - 1):
             missing = tuple(i for i in servo_ids if i not in replies)
             if not missing:
                 break
             self._spend(missing)
-            replies |= self.exchange(b"", self._plans(register, missing, "single"))
+            replies |= heard(self.exchange(b"", self._plans(register, missing, "single")))
         if silent := tuple(i for i in servo_ids if i not in replies):
             raise self._silent(silent)
         self._check(replies.values())

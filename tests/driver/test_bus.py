@@ -1,6 +1,7 @@
 """Transactions over a pseudo-terminal, with servos that answer wrongly, late or not at all."""
 
 from collections.abc import Iterator
+from contextlib import closing
 
 import pytest
 import rustypot
@@ -189,3 +190,33 @@ def test_a_port_that_vanishes() -> None:
     bus.close()
     with pytest.raises(PortLostError):
         bus.ping(1)
+
+
+@pytest.mark.fault(3)
+@pytest.mark.parametrize(
+    ("servo", "protocol_number", "register"),
+    [("xm430-w350:1", 2, reg.PROFILE_VELOCITY), ("ax-12a:1", 1, reg.Register("Speed", 32, 2))],
+)
+def test_a_damaged_request_is_repeated(
+    servo: str, protocol_number: int, register: reg.Register
+) -> None:
+    arguments = ("--baud", "1000000", "--fault", "crc-error:to=servos,count=1")
+    for ask in (
+        lambda bus: bus.read(1, register) is not None,
+        lambda bus: bus.read_all(register, (1,)).keys() == {1},
+        lambda bus: bus.write(1, register, 77) is None and bus.read(1, register) == 77,
+    ):
+        with running(servo, arguments=arguments) as path, closing(open_bus(path)) as bus:
+            bus.protocols = {1: protocol_number}
+            assert ask(bus)
+            assert bus.budget.spent == 1
+
+
+@pytest.mark.fault(3)
+def test_a_servo_that_hears_nothing_whole_counts_as_silent() -> None:
+    arguments = ("--baud", "1000000", "--fault", "crc-error:to=servos")
+    with running("xm430-w350:1", arguments=arguments) as path, closing(open_bus(path)) as bus:
+        with pytest.raises(BusTimeoutError, match="no answer from servo 1"):
+            bus.read(1, reg.PROFILE_VELOCITY)
+        with pytest.raises(BusTimeoutError, match="no answer from servo 1"):
+            bus.read_all(reg.PROFILE_VELOCITY, (1,))
