@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import msgspec
 
 from armsyn.arm.calibration import RADIANS_PER_TICK, radians_per_tick
-from armsyn.arm.search import search_path
+from armsyn.arm.search import HERE, search_path, user_folder
 from armsyn.arm.servos import ServoDescription, ServoId, Tick
 from armsyn.errors import DescriptionError, InputError
 
@@ -299,6 +299,29 @@ def angle_of(servo: ServoCalibration, tick: float) -> float:
     return servo.direction * (tick - servo.zero_tick) * radians_per_tick(servo.model)
 
 
-def folder_for_writing(directory: Path | None = None) -> Path:
-    """Where commands write an arm's files: `directory`, else the first place that is searched."""
-    return search_path(directory)[0]
+def folder_for_writing(arm: str, directory: Path | None = None) -> Path:
+    """Where commands write an arm's files.
+
+    Parameters
+    ----------
+    arm : str
+        Its name.
+    directory : Path, optional
+        That the user named.
+
+    Returns
+    -------
+    Path
+        `directory`, or ``$ARMSYN_CALIBRATION``; else ``./calibration`` if the arm's description
+        is there, and the user's own folder, which is searched from everywhere, if it is not.
+    """
+    first = search_path(directory)[0]
+    if first != HERE or directory is not None or (HERE / f"{arm}.toml").is_file():
+        return first
+    return user_folder() or HERE
+
+
+def is_found_from_everywhere(file: Path) -> bool:
+    """Whether a file's folder is searched whatever folder a command runs in."""
+    fixed = (place for place in search_path() if place.is_absolute())
+    return file.parent.resolve() in {place.resolve() for place in fixed}

@@ -9,7 +9,25 @@ from pathlib import Path
 from armsyn.errors import DescriptionError
 
 ENVIRONMENT_VARIABLE = "ARMSYN_CALIBRATION"
+HERE = Path("calibration")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+
+
+def user_folder() -> Path | None:
+    """The user's own folder for arms' files, the same from wherever a command runs.
+
+    Returns
+    -------
+    Path or None
+        ``armsyn/calibration`` in ``$XDG_CONFIG_HOME``, or in ``~/.config``; None where the user
+        has no home.
+    """
+    configured = Path(os.environ.get("XDG_CONFIG_HOME") or "")
+    try:
+        root = configured if configured.is_absolute() else Path.home() / ".config"
+    except RuntimeError:
+        return None
+    return root / "armsyn" / "calibration"
 
 
 def search_path(directory: Path | None = None) -> tuple[Path, ...]:
@@ -23,13 +41,14 @@ def search_path(directory: Path | None = None) -> tuple[Path, ...]:
     Returns
     -------
     tuple of Path
-        `directory`; else ``$ARMSYN_CALIBRATION``, ``./calibration``, the copies packaged
-        with the wheel, and the project's own ``calibration`` folder beside the package.
+        `directory`; else ``$ARMSYN_CALIBRATION``, ``./calibration``, `user_folder`, the copies
+        packaged with the wheel, and the project's own ``calibration`` folder beside the package.
     """
     if directory is not None:
         return (directory,)
     package = Path(__file__).resolve().parents[1]
-    places = [Path("calibration"), package / "calibration", package.parent / "calibration"]
+    packaged = [package / "calibration", package.parent / "calibration"]
+    places = [HERE, *([own] if (own := user_folder()) else []), *packaged]
     from_environment = os.environ.get(ENVIRONMENT_VARIABLE)
     if from_environment:
         places.insert(0, Path(from_environment))

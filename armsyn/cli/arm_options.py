@@ -32,11 +32,14 @@ class Connection:
     arm : ArmDescription
     port : str
     simulated : bool
+    calibration : Path or None
+        File that was laid over the arm's description, if one was.
     """
 
     arm: ArmDescription
     port: str
     simulated: bool
+    calibration: Path | None = None
 
 
 arm_option = click.option(
@@ -114,6 +117,20 @@ def arm_of(options: dict[str, Any]) -> ArmDescription:
     return msgspec.structs.replace(arm, gravity=(0.0, 0.0, 0.0))
 
 
+def calibration_of(arm: ArmDescription, options: dict[str, Any]) -> Path | None:
+    """Which calibration file a real arm is used with; None for none."""
+    from armsyn.arm.calibration_file import find_calibration
+
+    overlay = find_calibration(arm.name, options["unit"], options["calibration"])
+    return None if overlay is None else overlay.absolute()
+
+
+def port_text(arm: ArmDescription, port: str, calibration: Path | None) -> str:
+    """The first line of a command on a real arm."""
+    zeros = "not calibrated: the description's zeros"
+    return f"{arm.name} on {port}, " + (f"calibrated by {calibration}" if calibration else zeros)
+
+
 @contextmanager
 def connected(options: dict[str, Any]) -> Iterator[Connection]:
     """Load the arm, and start a simulated one if no port is given; the first line says which.
@@ -143,8 +160,9 @@ def connected(options: dict[str, Any]) -> Iterator[Connection]:
     if not arm.servo:
         raise DescriptionError(f"{arm.name} has no servos: it is a model only")
     if port:
-        _say(f"{arm.name} on {port}", options)
-        yield Connection(arm, port, simulated=False)
+        overlay = calibration_of(arm, options)
+        _say(port_text(arm, port, overlay), options)
+        yield Connection(arm, port, simulated=False, calibration=overlay)
         return
     with started(arm, options["calibration"], options["plant"]) as simulated:
         bodies = " under gravity" if options["plant"] == "mujoco" else ""

@@ -25,8 +25,8 @@ _CALIBRATION = click.option(
 def arms(context: click.Context, calibration: Path | None, as_json: bool) -> None:
     """List the arms that are described, show one, or write what other programs need of it.
 
-    Descriptions are looked for in $ARMSYN_CALIBRATION, ./calibration, and where the project keeps
-    its own; the first of a name counts.
+    Descriptions are looked for in $ARMSYN_CALIBRATION, ./calibration, ~/.config/armsyn/calibration,
+    and where the project keeps its own; the first of a name counts.
     """
     context.obj = calibration
     if context.invoked_subcommand is not None:

@@ -69,7 +69,8 @@ def _target(arm: ArmDescription, options: dict[str, Any]) -> Path:
     from armsyn.arm.calibration_file import SUFFIX, file_stem, folder_for_writing
 
     stem = file_stem(arm.name, options["name"])
-    return folder_for_writing(options["calibration"]) / f"{stem}{SUFFIX}"
+    folder = folder_for_writing(arm.name, options["calibration"]).absolute()
+    return folder / f"{stem}{SUFFIX}"
 
 
 def _find(bus: Bus, arm: ArmDescription, options: dict[str, Any]) -> ArmCalibration:
@@ -90,7 +91,7 @@ def _find(bus: Bus, arm: ArmDescription, options: dict[str, Any]) -> ArmCalibrat
 def _report(
     arm: ArmDescription, calibration: ArmCalibration, target: Path, options: dict[str, Any]
 ) -> None:
-    from armsyn.arm.calibration_file import with_calibration
+    from armsyn.arm.calibration_file import is_found_from_everywhere, with_calibration
     from armsyn.cli.calibrate_report import document, show, write
     from armsyn.cli.prompts import person
     from armsyn.errors import InputError, ServoMismatchError
@@ -106,6 +107,11 @@ def _report(
     if written:
         write(calibration, target)
     asked.say(f"wrote {target}" if written else "nothing was written")
+    if written and not is_found_from_everywhere(target):
+        asked.say(
+            "commands that run in another folder do not find it there: give them --calibration"
+            f" {target.parent}, or set ARMSYN_CALIBRATION to that"
+        )
     if options["as_json"]:
         import json
 

@@ -59,7 +59,7 @@ class Dialogue:
                 f"{found[0].title} and servo {found[0].shadow.shadow_of} would fight each other:"
                 " nothing was written, and the arm cannot be used like this"
             )
-        folder = folder_for_writing(self._options["calibration"])
+        folder = folder_for_writing(calibrator.arm.name, self._options["calibration"])
         backup = BackupFile(folder, calibrator.arm.name, self._options["port"])
         for pair in found:
             place = pair.image.found

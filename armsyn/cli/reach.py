@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from armsyn.cli.arm_options import DEFAULT_ARM, arm_of, arm_options, started
+from armsyn.cli.arm_options import (
+    DEFAULT_ARM,
+    arm_of,
+    arm_options,
+    calibration_of,
+    port_text,
+    started,
+)
 from armsyn.cli.choices import IKS, MODELS
 
 if TYPE_CHECKING:
@@ -129,7 +136,7 @@ def reach(**options: Any) -> None:
     with ExitStack() as stack:
         port = options["port"] or stack.enter_context(started(arm, directory, options["plant"]))
         simulated = not options["port"]
-        _say_port(arm.name, port, simulated=simulated, options=options)
+        _say_port(arm, port, simulated=simulated, options=options)
         done = _reach(planner, port, options, simulated=simulated)
     # However the arm was left is said first; what could not be written comes after it
     failed: list[InputError] = []
@@ -168,10 +175,12 @@ def _check(options: dict[str, Any]) -> None:
         raise InputError(f"--plot {plot}: must end in .png, in a folder that exists")
 
 
-def _say_port(name: str, port: str, *, simulated: bool, options: dict[str, Any]) -> None:
+def _say_port(arm: ArmDescription, port: str, *, simulated: bool, options: dict[str, Any]) -> None:
     bodies = " under gravity" if options["plant"] == "mujoco" else ""
-    where = f"simulated {name}{bodies} on {port} (firmware_sim; no hardware moves)"
-    click.echo(where if simulated else f"{name} on {port}", err=options["as_json"])
+    where = f"simulated {arm.name}{bodies} on {port} (firmware_sim; no hardware moves)"
+    if not simulated:
+        where = port_text(arm, port, calibration_of(arm, options))
+    click.echo(where, err=options["as_json"])
 
 
 def _reach(planner: ReachPlanner, port: str, options: dict[str, Any], *, simulated: bool) -> Done:

@@ -69,7 +69,8 @@ def setup(**options: Any) -> None:
     if not arm.servo:
         raise DescriptionError(f"{arm.name} has no servos: it is a model only")
     servos = _chosen(arm, options["ids"])
-    backup = BackupFile(folder_for_writing(options["calibration"]), arm.name, options["port"])
+    folder = folder_for_writing(arm.name, options["calibration"])
+    backup = BackupFile(folder, arm.name, options["port"])
     work = _Setup(arm, servos, backup, person(), options)
     with closing(Bus(options["port"], options["baud"] or servos[0].baud)) as bus:
         if options["together"]:

@@ -10,6 +10,7 @@ import click
 from armsyn.cli.arm_options import arm_options, connected
 
 if TYPE_CHECKING:
+    from armsyn.cli.arm_options import Connection
     from armsyn.driver.status import ArmStatus
     from armsyn.driver.status_findings import Finding
     from armsyn.driver.transactions import Bus
@@ -47,11 +48,19 @@ def status(watch: bool, **options: Any) -> None:
         if options["as_json"]:
             from armsyn.cli.status_tables import document
 
-            _print_json(document(found, findings) | {"simulated": there.simulated})
+            _print_json(document(found, findings) | _connection(there))
         else:
             _print(found, findings)
     problems = any(finding.level == "problem" for finding in findings)
     click.get_current_context().exit(PROBLEM if problems else 0)
+
+
+def _connection(there: Connection) -> dict[str, Any]:
+    overlay = there.calibration
+    return {
+        "simulated": there.simulated,
+        "calibration": None if overlay is None else str(overlay),
+    }
 
 
 def _watch(bus: Bus, first: ArmStatus) -> ArmStatus:

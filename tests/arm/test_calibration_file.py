@@ -20,12 +20,15 @@ from armsyn.arm.calibration_file import (
     ArmCalibration,
     ServoCalibration,
     file_stem,
+    find_calibration,
     folder_for_writing,
     format_calibration,
+    is_found_from_everywhere,
     parse_calibration,
     read_calibration,
     with_calibration,
 )
+from armsyn.arm.search import user_folder
 from armsyn.errors import DescriptionError, InputError
 
 CALIBRATION = Path(__file__).resolve().parents[2] / "calibration"
@@ -217,11 +220,35 @@ def test_a_file_that_does_not_fit_is_named(folder: Path, omx: ArmDescription) ->
 def test_files_are_written_where_they_are_searched_first(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert folder_for_writing(tmp_path) == tmp_path
+    assert folder_for_writing("koch", tmp_path) == tmp_path
     monkeypatch.setenv("ARMSYN_CALIBRATION", str(tmp_path / "mine"))
-    assert folder_for_writing() == tmp_path / "mine"
+    assert folder_for_writing("koch") == tmp_path / "mine"
     monkeypatch.delenv("ARMSYN_CALIBRATION")
-    assert folder_for_writing() == Path("calibration")
+    monkeypatch.chdir(CALIBRATION.parent)
+    assert folder_for_writing("koch") == Path("calibration")
+
+
+def test_without_a_description_here_files_go_where_every_folder_finds_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, omx: ArmDescription
+) -> None:
+    monkeypatch.delenv("ARMSYN_CALIBRATION", raising=False)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.chdir(tmp_path)
+    folder = folder_for_writing(omx.name)
+    assert folder == tmp_path / "config/armsyn/calibration"
+    folder.mkdir(parents=True)
+    path = written(folder, omx.name, calibration_of(omx))
+    assert is_found_from_everywhere(path)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert find_calibration(omx.name, None) == path
+    assert not is_found_from_everywhere(tmp_path / "calibration" / path.name)
+
+
+def test_a_relative_configuration_folder_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", "somewhere")
+    monkeypatch.setenv("HOME", "/home/nobody")
+    assert user_folder() == Path("/home/nobody/.config/armsyn/calibration")
 
 
 # reading

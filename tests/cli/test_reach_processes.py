@@ -56,7 +56,7 @@ def test_one_interruption_stops_softly_and_keeps_the_recording(tmp_path: Path) -
         assert next_line(process) == "stopping"
         rest, errors = process.communicate(timeout=60)
         assert process.returncode == 130, errors
-        assert errors == f"human7 on {port}\n"
+        assert errors == f"human7 on {port}, not calibrated: the description's zeros\n"
         document = json.loads(rest)
         assert document["ending"].startswith("stopped on request")
         assert document["simulated"] is False

@@ -145,7 +145,7 @@ def torque(port: str, ids: tuple[int, ...]) -> list[int]:
 
 def on_port(call: Call, port: str, *more: str) -> Outcome:
     outcome = call("reach", *TARGET, "--arm", "human7", "--port", port, *more)
-    assert outcome.out in ("", f"human7 on {port}\n")
+    assert outcome.out in ("", f"human7 on {port}, not calibrated: the description's zeros\n")
     return Outcome(outcome.status, "", outcome.err)
 
 

@@ -315,6 +315,10 @@ def test_an_arm_is_calibrated_by_its_rest_posture(
     assert call("calibrate", *where, "--name", "left").status == 0
     assert "Rest posture of small" in asked.said
     path = folder / f"{SMALL}-left.calibration.json"
+    assert f"wrote {path}\ncommands that run in another folder" in asked.said
+    status = call("status", *where, "--name", "left", "--json")
+    assert status.err.startswith(f"{SMALL} on {arm.port}, calibrated by {path}\n")
+    assert status.document["calibration"] == str(path)
     calibration = read_calibration(path)
     described = load_arm(SMALL, folder)
     assert (calibration.name, calibration.method) == ("left", "rest")
