@@ -28,6 +28,10 @@ by up to 0.22 rad against gravity (`armsyn.driver.gravity`)."""
 MOVED_TOLERANCE_TICKS = 64
 """How far a servo may move (5.6 degrees) as torque comes on."""
 
+DRIFT_TICKS_X = 8
+DRIFT_TICKS = {AX: 3, XL320: 3}
+"""How far a limp servo may drift (0.7 degrees) from where it was read until its torque comes on:
+it jerks back by as much."""
 
 STEADY_TICKS = {AX: 2, MX1: 4, XL320: 2}
 """How far off a goal older families may read theirs while limp: they then read where they are."""
@@ -57,7 +61,8 @@ def power_up(
     Raises
     ------
     HardwareFaultError
-        A servo does not take its goal, torque or watchdog, or is away from the goal it holds.
+        A servo does not take its goal, torque or watchdog, is away from the goal it holds, or has
+        moved while limp since the facts were read.
     ServoMismatchError
         The two servos of a dual joint read too far apart: they would fight.
     BusError, PortLostError
@@ -77,11 +82,12 @@ def power_up(
     for name in PROFILES:
         wanted = (profiles or {}).get(name, {})
         group.set(name, {i: wanted.get(i, 0) for i in group.having(name)})
-    _send_goals(group, {i: goals[i] for i in _pairs_of(facts, limp)})
     group.set("Bus Watchdog", dict.fromkeys(group.ids, WATCHDOG_UNITS))
+    present = _present_still(group, facts)
+    _send_goals(group, {i: goals[i] for i in _pairs_of(facts, limp)})
     group.set("Torque Enable", dict.fromkeys(limp, 1))
     group.verify("Bus Watchdog", dict.fromkeys(group.ids, WATCHDOG_UNITS))
-    _check_still(group, facts)
+    _check_still(group, facts, present)
 
 
 def standing_goals(facts: Sequence[ServoFacts]) -> dict[int, int]:
@@ -124,11 +130,26 @@ def _send_goals(group: ServoGroup, goals: Mapping[int, int]) -> None:
     group.verify("Goal Position", goals, STEADY_TICKS)
 
 
-def _check_still(group: ServoGroup, facts: Sequence[ServoFacts]) -> None:
-    """Make sure that torque has moved nothing: position mode folds to one turn as it comes on."""
+def _present_still(group: ServoGroup, facts: Sequence[ServoFacts]) -> dict[int, int]:
+    """Positions right before torque; refuses a limp servo that has left where it was read."""
     present = group.read("Present Position")
     for servo in facts:
         moved = abs(present[servo.servo_id] - servo.present_position)
+        allowed = DRIFT_TICKS.get(group.models[servo.servo_id].layout, DRIFT_TICKS_X)
+        if not servo.torque_enabled and moved > allowed:
+            raise HardwareFaultError(
+                f"{servo.title} moved by {moved} ticks before its torque came on: somebody moves"
+                " the limp arm, or it falls; hold it still and run it again",
+                servo.servo_id,
+            )
+    return present
+
+
+def _check_still(group: ServoGroup, facts: Sequence[ServoFacts], before: Mapping[int, int]) -> None:
+    """Make sure that torque has moved nothing: position mode folds to one turn as it comes on."""
+    present = group.read("Present Position")
+    for servo in facts:
+        moved = abs(present[servo.servo_id] - before[servo.servo_id])
         if moved > MOVED_TOLERANCE_TICKS:
             raise HardwareFaultError(
                 f"{servo.title} moved by {moved} ticks as its torque came on: check what pulls at"

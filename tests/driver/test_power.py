@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from armsyn.arm import ArmDescription
 from armsyn.arm.calibration import RADIANS_PER_TICK
 from armsyn.driver import Ending
-from armsyn.driver.facts import read_facts
+from armsyn.driver.facts import ServoFacts, read_facts
 from armsyn.driver.models import VELOCITY_UNIT
 from armsyn.driver.power import power_up, release_watchdogs
 from armsyn.driver.profiles import streaming_profiles
@@ -107,6 +107,29 @@ def test_profiles_stay_off_after_a_fault(stepped: SteppedArm) -> None:
     with pytest.raises(ArmFaultError, match="the host stalled"):
         stepped.session().run(stepped.way(*LARGE))
     assert profiles(stepped) == [0] * 14
+
+
+def test_a_limp_arm_that_is_being_moved_gets_no_torque(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with_profiles(stepped)
+    before = profiles(stepped)
+    session = stepped.session()
+
+    def read_and_lower(group: ServoGroup) -> tuple[ServoFacts, ...]:
+        facts = read_facts(group)
+        stepped.port.simulation.catch_up(stepped.now())
+        to = present_tick(stepped.by_id[4]) + 800
+        stepped.port.simulation.inject(f"hand:id=4,to={to},speed=1,torque=0.5,for=5")
+        stepped.clock.advance(0.2)
+        return facts
+
+    monkeypatch.setattr("armsyn.driver.run.read_facts", read_and_lower)
+    with pytest.raises(HardwareFaultError, match=r"servo 4 .* before its torque came on"):
+        session.run(stepped.way(*LARGE))
+    assert stepped.torque() == [0] * 7
+    assert stepped.value("Bus Watchdog") == [0] * 7
+    assert profiles(stepped) == before
 
 
 def expire(stepped: SteppedArm) -> None:
