@@ -97,7 +97,11 @@ _TAIL = """\
 
 
 def build_template(
-    name: str, urdf: Path | None = None, base: str | None = None, tip: str | None = None
+    name: str,
+    urdf: Path | None = None,
+    base: str | None = None,
+    tip: str | None = None,
+    folder: Path | None = None,
 ) -> str:
     """Return a commented description to be filled in.
 
@@ -109,6 +113,8 @@ def build_template(
         File to take joints from; the description belongs beside it.
     base, tip : str, optional
         Its links; by default the root, and the only leaf.
+    folder : Path, optional
+        Where the description goes, if not beside the URDF: the same folder, or one above.
 
     Returns
     -------
@@ -118,7 +124,7 @@ def build_template(
     Raises
     ------
     DescriptionError, InputError
-        A name that is none, or a URDF that cannot be used.
+        A name that is none, or a URDF that cannot be used, or is outside `folder`.
     """
     check_name(name)
     head = _HEAD.format(name=name)
@@ -131,7 +137,7 @@ def build_template(
     text = read_urdf_file(urdf)
     found = read_urdf(text, str(urdf), base, tip)
     rests = [_rest(table) for table in found["joint"]]
-    source = {"file": urdf.name, "base": base, "tip": tip}
+    source = {"file": _below(folder, urdf), "base": base, "tip": tip}
     words = _URDF_WORDS.format(**{key: _quoted(value) for key, value in source.items()})
     words = "".join(line for line in words.splitlines(keepends=True) if "= None" not in line)
     joints = "\n".join(
@@ -140,6 +146,19 @@ def build_template(
     names = [table["name"] for table in found["joint"]]
     top = head + words + _LANDMARKS.format(landmarks="") + _URDF_JOINT_WORDS + joints
     return top + _servos(zip(names, rests, strict=True)) + _TAIL
+
+
+def _below(folder: Path | None, urdf: Path) -> str:
+    """What a description calls its URDF: the way from its folder, which must hold that file."""
+    if folder is None:
+        return urdf.name
+    try:
+        return urdf.resolve().relative_to(folder.resolve()).as_posix()
+    except ValueError:
+        raise InputError(
+            f"{urdf} is not in {folder}, nor below it, so a description there could not name it:"
+            f" copy it into {folder} first, and give that copy"
+        ) from None
 
 
 def _example(name: str, height: float) -> str:

@@ -36,7 +36,7 @@ def template(
 
     if urdf is None and (base or tip):
         raise InputError("--base and --tip name links of a URDF: give --urdf as well")
-    text = build_template(name, urdf, base, tip)
+    text = build_template(name, urdf, base, tip, None if out is None else out.parent)
     if out is None:
         click.echo(text, nl=False)
         return

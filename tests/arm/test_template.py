@@ -35,6 +35,17 @@ def test_what_is_commented_out_can_be_put_in(tmp_path: Path) -> None:
     assert [plane.name for plane in arm.plane] == ["table"]
 
 
+def test_a_urdf_is_named_by_the_way_from_the_description_s_folder(tmp_path: Path) -> None:
+    urdf = tmp_path / "arms" / "meshes" / "parts.urdf"
+    urdf.parent.mkdir(parents=True)
+    urdf.write_text(URDF)
+    folder = tmp_path / "arms"
+    (folder / "mine.toml").write_text(build_template("mine", urdf, tip="hand", folder=folder))
+    assert load_arm("mine", folder).joint_names == ("shoulder", "elbow")
+    with pytest.raises(InputError, match="copy it into"):
+        build_template("mine", urdf, tip="hand", folder=tmp_path / "other")
+
+
 def test_from_a_urdf_it_is_filled_in(tmp_path: Path) -> None:
     urdf = tmp_path / "parts.urdf"
     urdf.write_text(URDF)
