@@ -114,7 +114,8 @@ class ArmCalibrator:
             return False
         for facts in self.facts:
             turn = turn_of(facts.servo.model)
-            outside = turn is not None and not 0 <= seen[facts.servo_id] < turn
+            actual = seen[facts.servo_id] - facts.homing_offset
+            outside = turn is not None and not 0 <= actual < turn
             if outside and facts.operating_mode != reg.POSITION_MODE:
                 raise ServoMismatchError(
                     f"{facts.title} reads {seen[facts.servo_id]}, more than a turn: it counts turns"
@@ -204,8 +205,10 @@ class ArmCalibrator:
         servo = facts.servo
         turn = turn_of(servo.model)
         rest = self._rest[servo.id]
-        # position mode folds to one turn as torque comes on: the turn in which rest lies
-        folded = 0 if turn is None else rest % turn - rest
+        # position mode folds to one turn as torque comes on, the turn of the encoder in which rest
+        # lies; the homing offset is added to what is left
+        actual = rest - facts.homing_offset
+        folded = 0 if turn is None else actual % turn - actual
         direction = self._directions[servo.id]
         angle = self._rest_angle[servo.joint]
         found = self._ranges.get(servo.id)

@@ -162,6 +162,35 @@ def test_an_arm_that_was_turned_round_before_is_taken_in_its_first_turn(
     assert by_rest(calibrator).servo[0].zero_tick == pytest.approx(2048, abs=4)
 
 
+@pytest.mark.parametrize("turned", [0, 4096])
+@pytest.mark.parametrize(("offset", "tick"), [(300, 4000), (-300, 100), (300, 1000), (-300, 3000)])
+def test_the_encoders_turn_is_what_a_servo_folds_to_whatever_its_homing_offset(
+    tmp_path: Path, omx: ArmDescription, offset: int, tick: int, turned: int
+) -> None:
+    registers = {11: {"Homing Offset": offset}}
+    bus, calibrator = calibrator_of(tmp_path, omx, omx, registers=registers)
+    move(bus, calibrator.follower.look, {11: tick + offset + turned}, 4.0)
+    servo = by_rest(calibrator).servo[0]
+    calibrator.group.set("Torque Enable", {11: 1})
+    present = calibrator.group.read("Present Position", (11,))[11]  # on its way to its old goal
+    assert servo.zero_tick == pytest.approx(present, abs=60)
+    assert servo.zero_tick == pytest.approx(tick + offset, abs=6)
+
+
+@pytest.mark.parametrize(("offset", "tick"), [(300, 4000), (-300, 100)])
+def test_a_homing_offset_is_no_turn(
+    tmp_path: Path, omx: ArmDescription, offset: int, tick: int
+) -> None:
+    registers = {11: {"Homing Offset": offset, "Operating Mode": 4}}
+    bus, calibrator = calibrator_of(tmp_path, omx, omx, registers=registers)
+    move(bus, calibrator.follower.look, {11: tick + offset}, 3.0)
+    assert by_rest(calibrator).servo[0].zero_tick == pytest.approx(tick + offset, abs=4)
+    whole = 4096 if offset < 0 else -4096
+    move(bus, calibrator.follower.look, {11: tick + offset + whole}, 3.0)
+    with pytest.raises(ServoMismatchError, match="more than a turn"):
+        calibrator.mark_rest()
+
+
 def test_turned_far_while_nobody_looked_is_refused(tmp_path: Path, omx: ArmDescription) -> None:
     bus, calibrator = calibrator_of(tmp_path, omx, omx)
     bus.port.simulation.inject("hand:id=11,to=600,speed=8,for=2")
