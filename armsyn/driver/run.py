@@ -216,6 +216,7 @@ class ArmRun:
                 servos=self.joints.group.servos,
                 limp=self._limp - set(self.group.ids),
                 limited=frozenset(self._profiles["Moving Speed"]),
+                polls=self.joints.polls,
             ),
             max_acceleration=self.arm.max_acceleration,
             longest_stall=WATCHDOG_SECONDS,

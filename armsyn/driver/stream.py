@@ -311,7 +311,7 @@ class Streamer:
             return None
         health = self.link.poll(turn)
         self._warn_of_heat()
-        return self.watch.poll_fault(health)
+        return self.watch.poll_fault(health) or self.watch.silence_fault(health)
 
     def _warn_of_heat(self) -> None:
         """Say once of each joint that it is nearly too hot."""

@@ -27,6 +27,10 @@ LOWEST_SUCCESS = 0.5
 LONGEST_SILENCE = 0.2
 """Seconds without a reply after which a servo counts as silent: an error budget, not one strike."""
 
+MISSED_ROUNDS = 3
+"""Rounds of slow checks without a reply after which a servo that nothing else is read of, such as
+a shadow or a gripper, counts as silent."""
+
 SETTLED_ERROR = 0.005
 SETTLED_SPEED = 0.03
 """rad and rad/s within which the arm has arrived."""
@@ -62,6 +66,8 @@ class WatchSettings:
         IDs of servos that need no torque: a gripper that had none.
     limited : frozenset of int
         IDs of servos of older families whose Moving Speed was set: it reads 0 after a restart.
+    polls : int
+        Slow checks in a round that asks every servo; 0 to judge no silence by them.
     """
 
     period: float
@@ -69,6 +75,7 @@ class WatchSettings:
     servos: tuple[ServoDescription, ...]
     limp: frozenset[int] = frozenset()
     limited: frozenset[int] = frozenset()
+    polls: int = 0
 
 
 class ArmWatch:
@@ -96,6 +103,7 @@ class ArmWatch:
         self._successes: deque[bool] = deque(maxlen=SUCCESS_WINDOW)
         self._speed = np.zeros(n)
         self._heard = np.full(n, now)
+        self._unheard = np.zeros(len(settings.servos), dtype=np.int64)
 
     @property
     def success_rate(self) -> float:
@@ -161,6 +169,36 @@ class ArmWatch:
         return check_following(
             command, state.position, self._speed, state.fresh, self.settings.limits
         )
+
+    def silence_fault(self, health: Health | None) -> BusTimeoutError | None:
+        """Count a slow check, and return who has answered none of them for too long.
+
+        Only servos without a state at every tick are judged: `fault` judges the others.
+
+        Parameters
+        ----------
+        health : Health or None
+            What it brought; None for a lost reply.
+
+        Returns
+        -------
+        BusTimeoutError or None
+        """
+        self._unheard += 1
+        if health is not None:
+            self._unheard[health.row] = 0
+        rounds = MISSED_ROUNDS * self.settings.polls
+        joints = self._heard.size
+        for servo, unheard in zip(
+            self.settings.servos[joints:], self._unheard[joints:], strict=True
+        ):
+            if rounds and unheard > rounds:
+                return BusTimeoutError(
+                    f"{title_of(servo)} has not answered {MISSED_ROUNDS} rounds of slow checks:"
+                    " check its cable and power",
+                    (servo.id,),
+                )
+        return None
 
     def poll_fault(self, health: Health | None) -> HardwareFaultError | None:
         """Return what a slow check of one servo says; a lost reply says nothing.

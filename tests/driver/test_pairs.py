@@ -5,10 +5,16 @@ import pytest
 from msgspec.structs import replace
 
 from armsyn.arm import ArmDescription, load_arm
-from armsyn.driver import Ending
+from armsyn.driver import Ending, straight_way
 from armsyn.driver.checks import PAIR_TOLERANCE_TICKS
 from armsyn.driver.timing import WATCHDOG_UNITS
-from armsyn.errors import ArmsynError, FollowingError, HardwareFaultError, ServoMismatchError
+from armsyn.errors import (
+    ArmsynError,
+    BusTimeoutError,
+    FollowingError,
+    HardwareFaultError,
+    ServoMismatchError,
+)
 from firmware_sim.firmware.codes import HardwareError
 from firmware_sim.rig.table import SECONDARY_ID
 from tests.driver.stepped import SteppedArm, present_tick, without
@@ -48,6 +54,22 @@ def test_shadows_share_the_way_and_the_load(dual: SteppedArm) -> None:
         assert torque[shadow] == 1
     assert all(now[i] == WATCHDOG_UNITS for now in seen for pair in PAIRS for i in pair)
     assert set(values(dual, "Bus Watchdog").values()) == {0}
+
+
+@pytest.mark.parametrize("servo_id", [3, 9], ids=["shadow", "gripper"])
+def test_a_servo_without_a_state_at_every_tick_is_missed(
+    viperx: ArmDescription, servo_id: int
+) -> None:
+    dual = SteppedArm(viperx)
+    session = dual.session(100.0)
+    dual.at(0.3, lambda: setattr(dual, "damage", without(servo_id)))
+    slow = viperx.slowed(4.0)
+    goal = viperx.rest.copy()
+    goal[0] += 0.6
+    with pytest.raises(BusTimeoutError, match=rf"servo {servo_id} .* has not answered 3 rounds"):
+        session.run(straight_way(viperx.rest, goal, slow, 100.0))
+    assert session.recording is not None
+    assert 0.7 < session.recording.time_s[-1] < 1.5
 
 
 def test_goals_are_written_to_leaders_only(dual: SteppedArm) -> None:
