@@ -284,7 +284,10 @@ def _reach(servo: ServoCalibration, rest: float) -> tuple[float, float]:
             )
         low, high = min(ends[0] + RANGE_MARGIN, rest), max(ends[1] - RANGE_MARGIN, rest)
     if servo.operating_mode == _POSITION_MODE:
-        turn = sorted(angle_of(servo, tick) for tick in (0, last_tick(servo.model)))
+        # positions go to 0 and 4095, and the encoder's turn ends a homing offset away from there
+        last, offset = last_tick(servo.model), servo.homing_offset
+        ticks = max(0, offset), min(last, last + offset)
+        turn = sorted(angle_of(servo, tick) for tick in ticks)
         low, high = max(low, turn[0]), min(high, turn[1])
     if not low <= rest <= high:
         raise InputError(

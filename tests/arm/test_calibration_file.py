@@ -142,6 +142,33 @@ def test_position_mode_ends_where_the_turn_does(omx: ArmDescription) -> None:
     assert extended.joint[row].upper == omx.joint[row].upper
 
 
+@pytest.mark.parametrize(("offset", "ends"), [(500, (500, 4095)), (-500, (0, 3595))])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_homing_offset_narrows_the_turn(
+    omx: ArmDescription, offset: int, ends: tuple[int, int], direction: int
+) -> None:
+    calibration = changed(
+        calibration_of(omx), 0, homing_offset=offset, direction=direction, zero_tick=2048
+    )
+    joint = with_calibration(omx, calibration).joint[0]
+    lower, upper = sorted(direction * (tick - 2048) * TICK for tick in ends)
+    assert joint.lower == pytest.approx(max(omx.joint[0].lower, lower))
+    assert joint.upper == pytest.approx(min(omx.joint[0].upper, upper))
+    extended = with_calibration(omx, changed(calibration, 0, operating_mode=4)).joint[0]
+    assert (extended.lower, extended.upper) == (omx.joint[0].lower, omx.joint[0].upper)
+
+
+def test_the_second_servo_of_a_dual_joint_narrows_the_turn_too() -> None:
+    arm = load_arm("widowx_250s", calibrated=False)
+    rows = {servo.id: row for row, servo in enumerate(arm.servo)}
+    ends = arm.joint[1].lower, arm.joint[1].upper
+    near = round(2048 + max(ends) / TICK)
+    narrow = changed(calibration_of(arm), rows[3], homing_offset=near - 100 - 4095)
+    shoulder = with_calibration(arm, narrow).joint[1]
+    assert shoulder.upper == pytest.approx((near - 100 - 2048) * TICK)
+    assert shoulder.lower == ends[0]
+
+
 def test_a_horn_that_puts_rest_beyond_the_turn_is_refused(omx: ArmDescription) -> None:
     with pytest.raises(InputError, match="screw the horn"):
         with_calibration(omx, changed(calibration_of(omx), 2, zero_tick=4000))
