@@ -58,18 +58,36 @@ def misalignments(calibrator: ArmCalibrator) -> tuple[Misalignment, ...]:
     Raises
     ------
     ServoMismatchError
-        By more than a homing offset can make up for.
+        By more than a homing offset can make up for, or with the end of a turn between them.
     BusError, PortLostError
         As the bus.
     """
     present = calibrator.group.read("Present Position")
+    offsets = {facts.servo_id: facts.homing_offset for facts in calibrator.facts}
+    described = {servo.id: servo for servo in calibrator.arm.servo}
     found = []
     for shadow in calibrator.arm.shadows:
-        leader = shadow.shadow_of
-        apart = _nearest(present[-1 if leader is None else leader] - present[shadow.id], shadow)
-        if abs(apart) > ALIGNED_TICKS:
+        leader = described[-1 if shadow.shadow_of is None else shadow.shadow_of]
+        apart = _nearest(present[leader.id] - present[shadow.id], shadow)
+        change = apart if abs(apart) > ALIGNED_TICKS else 0
+        there = _folded(present[leader.id], offsets[leader.id], leader)
+        here = _folded(present[shadow.id], offsets[shadow.id], shadow) + change
+        if abs(there - here) > ALIGNED_TICKS:
+            raise ServoMismatchError(
+                f"{title_of(shadow)} would read {abs(there - here)} ticks off servo {leader.id},"
+                " whose goals it follows, as soon as both have torque: its encoder's turn ends"
+                " between them, which no homing offset makes up for: screw its horn on anew, in"
+                " another position"
+            )
+        if change:
             found.append(_misalignment(calibrator, shadow, apart))
     return tuple(found)
+
+
+def _folded(ticks: int, offset: int, servo: ServoDescription) -> int:
+    """Return what a servo reads once it has forgotten the turns that it was moved by."""
+    turn = turn_of(servo.model)
+    return ticks if turn is None else (ticks - offset) % turn + offset
 
 
 def _nearest(ticks: int, servo: ServoDescription) -> int:
@@ -109,7 +127,7 @@ def align(calibrator: ArmCalibrator, misalignment: Misalignment) -> None:
     image = write_changes(calibrator.bus, misalignment.image, (change,), misalignment.title)
     present = calibrator.group.read("Present Position")
     leader = shadow.shadow_of
-    apart = _nearest(present[-1 if leader is None else leader] - present[shadow.id], shadow)
+    apart = present[-1 if leader is None else leader] - present[shadow.id]
     if abs(apart) > ALIGNED_TICKS:
         back = Change(change.register, change.wanted, change.found)
         write_changes(calibrator.bus, image, (back,), misalignment.title)

@@ -61,6 +61,26 @@ def test_a_horn_that_is_far_off_must_be_screwed_on_anew(
     assert bus.value(5, "Homing Offset") == 0
 
 
+@pytest.mark.parametrize(("leader", "shadow"), [(4080, 4110), (4090, 20), (20, 4070), (4093, 2)])
+def test_a_pair_with_the_end_of_a_turn_between_must_be_screwed_on_anew(
+    tmp_path: Path, widowx: ArmDescription, leader: int, shadow: int
+) -> None:
+    bus, calibrator = loose(tmp_path, widowx)
+    move(bus, calibrator.follower.look, {4: leader, 5: shadow}, 3.0)
+    with pytest.raises(ServoMismatchError, match=r"end.* between them.*horn on anew"):
+        misalignments(calibrator)
+    assert bus.value(5, "Homing Offset") == 0
+
+
+def test_an_alignment_a_whole_turn_off_is_undone(tmp_path: Path, widowx: ArmDescription) -> None:
+    bus, calibrator = loose(tmp_path, widowx)
+    move(bus, calibrator.follower.look, {4: 2000, 5: 2040 + 4096}, 4.0)
+    (found,) = misalignments(calibrator)
+    with pytest.raises(ServoMismatchError, match=r"reads 409\d ticks off.*old offset is back"):
+        align(calibrator, found)
+    assert bus.value(5, "Homing Offset") == 0
+
+
 @pytest.mark.parametrize(
     ("way", "said"), [(-1, "other way round"), (0, "horn is loose"), (2, "horn is loose")]
 )
