@@ -100,6 +100,7 @@ def _document(port: str, result: ScanResult) -> dict[str, Any]:
             {"baud": s.baud, "protocol": s.protocol, "id": s.servo_id} for s in result.suspects
         ],
         "refused_bauds": list(result.refused),
+        "noisy_bauds": list(result.noisy),
     }
 
 
@@ -121,6 +122,9 @@ def _show(port: str, result: ScanResult) -> None:
             f"ID {suspect.servo_id} at {suspect.baud} baud (protocol {suspect.protocol}.0) answers"
             " garbled: probably two servos have this ID; connect one at a time and run armsyn setup"
         )
+    if result.noisy:
+        rates = ", ".join(map(str, result.noisy))
+        click.echo(f"only garbage at {rates} baud: of no account, unless a servo is missing above")
     if result.refused:
         rates = ", ".join(map(str, result.refused))
         click.echo(f"not tried, for the adapter refuses them: {rates} baud")

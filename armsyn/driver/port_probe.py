@@ -87,7 +87,7 @@ def probe(path: str, bauds: Sequence[int] = PROBE_BAUDS, on_step: OnStep | None 
     Probe
         Errors of the port stand in it: one port that fails is no reason to leave the others.
     """
-    garbled = False
+    garbled, before = False, 0
     steps = [(baud, protocol) for baud in bauds for protocol in (2, 1)]
     try:
         with contextlib.closing(Bus(path, bauds[0], PROBE_MARGIN)) as bus:
@@ -97,8 +97,12 @@ def probe(path: str, bauds: Sequence[int] = PROBE_BAUDS, on_step: OnStep | None 
                     on_step(done, len(steps))
                 if found and protocol == 2:
                     break  # of another rate
+                if protocol == 2:
+                    before = bus.parser_counters.garbage_bytes
                 found += _ask(bus, baud, protocol)
-                garbled = garbled or bus.parser_counters.garbage_bytes >= _GARBAGE
+                # of servos that answer, what was garbled at a rate that is not theirs says nothing
+                here = bus.parser_counters.garbage_bytes - (before if found else 0)
+                garbled = here >= _GARBAGE
     except ArmFaultError as error:
         return Probe(garbled=garbled, problem=str(error).removeprefix(f"port {path} "))
     if not found:

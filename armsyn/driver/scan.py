@@ -87,13 +87,17 @@ class ScanResult:
     servos : tuple of FoundServo
         By falling baud rate, then protocol and ID.
     suspects : tuple of SuspectId
+        None of a rate at which nothing answers cleanly, where servos answer at another one.
     refused : tuple of int
         Baud rates that the adapter does not take.
+    noisy : tuple of int
+        Baud rates at which there is nothing but garbage: servos that talk at another one.
     """
 
     servos: tuple[FoundServo, ...]
     suspects: tuple[SuspectId, ...] = ()
     refused: tuple[int, ...] = ()
+    noisy: tuple[int, ...] = ()
 
 
 def protocols_at(baud: int, protocols: Iterable[int] = PROTOCOLS) -> tuple[int, ...]:
@@ -153,7 +157,10 @@ def scan(
             found, garbled = scan_rate(bus, number)
             servos += found
             suspects += garbled
-    return ScanResult(tuple(servos), tuple(suspects), tuple(refused))
+    clean = {servo.baud for servo in servos}
+    noisy = {suspect.baud for suspect in suspects} - clean if clean else set()
+    believed = tuple(suspect for suspect in suspects if suspect.baud not in noisy)
+    return ScanResult(tuple(servos), believed, tuple(refused), tuple(sorted(noisy, reverse=True)))
 
 
 @contextlib.contextmanager

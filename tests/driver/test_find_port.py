@@ -173,6 +173,25 @@ def test_rates_are_tried_until_one_answers(monkeypatch: pytest.MonkeyPatch) -> N
     assert probe("anywhere", (57_600,)) == Probe()
 
 
+class Noisy(Counted):
+    """One that hears garbage at a rate that is not its servo's, or at that one, too."""
+
+    rates: ClassVar[set[int]] = {57_600}
+
+    def broadcast_ping(self, protocol: int) -> dict[int, int]:
+        if self.baudrate in self.rates:
+            self.parser_counters.garbage_bytes += 50
+        return super().broadcast_ping(protocol)
+
+
+def test_garbage_at_another_rate_is_no_second_servo(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(port_probe, "Bus", Noisy)
+    assert not probe("anywhere", (57_600, 2_000_000)).garbled
+    assert probe("anywhere", (57_600,)).garbled
+    monkeypatch.setattr(Noisy, "rates", {2_000_000})
+    assert probe("anywhere", (57_600, 2_000_000)).garbled
+
+
 def test_a_port_that_cannot_be_opened_is_a_problem_not_an_error(pseudo: tuple[str, str]) -> None:
     with closing(SerialPort(pseudo[0], 1_000_000)):
         found = probe(pseudo[0])

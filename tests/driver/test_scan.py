@@ -88,6 +88,24 @@ def test_noise_at_a_wrong_rate_is_no_suspect() -> None:
     assert not result.suspects
 
 
+def test_garbage_beside_a_rate_that_works_is_no_second_servo(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    servo = FoundServo(57_600, 2, 1, 1020, 45)
+    answers = {
+        (57_600, 2): ([servo], [SuspectId(57_600, 2, 3)]),
+        (9_600, 1): ([], [SuspectId(9_600, 1, servo_id) for servo_id in range(24)]),
+    }
+    monkeypatch.setattr(
+        "armsyn.driver.scan.scan_rate",
+        lambda bus, number: answers.get((bus.baudrate, number), ([], [])),
+    )
+    result = scan(bench("xm430-w350:1"), (57_600, 9_600))
+    assert result.servos == (servo,)
+    assert result.suspects == (SuspectId(57_600, 2, 3),)
+    assert result.noisy == (9_600,)
+
+
 @pytest.mark.parametrize(
     "fault", ["latency-timer:latency=0.016", "local-echo", "slow-adapter:delay=0.02"]
 )
