@@ -9,6 +9,7 @@ from pathlib import Path
 from armsyn.errors import DescriptionError
 
 ENVIRONMENT_VARIABLE = "ARMSYN_CALIBRATION"
+SYNERGIES = ".synergies.json"
 HERE = Path("calibration")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
@@ -92,11 +93,12 @@ def find_file(name: str, suffix: str, directory: Path | None = None) -> Path:
     for place in places:
         if (place / f"{name}{suffix}").is_file():
             return place / f"{name}{suffix}"
-    known = ", ".join(arm_names(directory)) or "none"
-    raise DescriptionError(
-        f"no {name}{suffix} in {', '.join(str(p) for p in dict.fromkeys(places))}"
-        f" (arms found: {known})"
-    )
+    names = arm_names(directory)
+    cure = f"arms found: {', '.join(names) or 'none'}"
+    if suffix == SYNERGIES and name in names:
+        cure = f"run armsyn learn --arm {name} --captures garza:all, see README.md"
+    searched = ", ".join(str(place) for place in dict.fromkeys(places))
+    raise DescriptionError(f"no {name}{suffix} in {searched} ({cure})")
 
 
 def arm_names(directory: Path | None = None) -> list[str]:

@@ -75,7 +75,11 @@ def twice(path: Path) -> None:
     ("name", "damage", "said"),
     [
         ("human7.synergies.json", cut, "learn it again with armsyn learn"),
-        ("human7.synergies.json", Path.unlink, "no human7.synergies.json in"),
+        (
+            "human7.synergies.json",
+            Path.unlink,
+            "(run armsyn learn --arm human7 --captures",
+        ),
         ("human7.toml", cut, ""),
         ("human7.toml", Path.unlink, "no human7.toml in"),
         ("human7.toml", twice, "servo ID 2 is given twice"),
