@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
+from armsyn.arm import ArmDescription
 from armsyn.driver.operate import torque_is_on
 from armsyn.driver.path import straight_way
 from armsyn.driver.recording import Recording
@@ -17,7 +19,10 @@ from armsyn.driver.servos import ServoGroup
 from armsyn.driver.session import ArmSession
 from armsyn.driver.stillness import still_posture
 from armsyn.driver.stream import OnTick
-from armsyn.errors import InputError
+from armsyn.errors import InputError, LimitError
+from armsyn.safety.limits import POSITION_TOLERANCE
+
+FloatArray = NDArray[np.float64]
 
 LARGEST_JOG = math.radians(45.0)
 """What is a little."""
@@ -66,8 +71,27 @@ def jog(
     goal = start.copy()
     row = arm.joint_names.index(joint)
     goal[row] += change
+    _check_room(arm, start, goal)
     slow = arm.slowed(max(1.0, float(arm.max_velocity[row]) / speed))
     return session.run(straight_way(start, goal, slow, session.rate_hz), on_tick=on_tick)
+
+
+def _check_room(arm: ArmDescription, start: FloatArray, goal: FloatArray) -> None:
+    """Say in degrees what keeps a jog from its goal: a range that it leaves, or has left."""
+    for row, joint in enumerate(arm.joint_names):
+        ends = (float(arm.chain.lower[row]), float(arm.chain.upper[row]))
+        here, there = float(start[row]), float(goal[row])
+        for value, moves in ((here, False), (there, True)):
+            if ends[0] - POSITION_TOLERANCE <= value <= ends[1] + POSITION_TOLERANCE:
+                continue
+            end = ends[0] if value < ends[0] else ends[1]
+            at, limit = math.degrees(here), math.degrees(end)
+            text = f"joint {joint} is at {at:.2f} degrees, its limit is {limit:.2f}: "
+            if moves:
+                text += f"{abs(limit - at):.2f} degrees are left that way"
+            else:
+                text += f"it is {abs(at - limit):.2f} degrees beyond: move it back by hand, limp"
+            raise LimitError(text, joint, value, end)
 
 
 def is_parked(session: ArmSession) -> bool:

@@ -52,7 +52,10 @@ def test_what_is_no_jog_is_refused(
 @pytest.mark.fault(33)
 def test_a_jog_out_of_range_changes_nothing(stepped: SteppedArm) -> None:
     session = stepped.session()
-    with pytest.raises(LimitError, match="elbow_flexion"):
+    here = np.degrees(session.read_posture()[3])
+    end = np.degrees(session.arm.chain.lower[3])
+    said = f"{here:.2f} degrees, its limit is {end:.2f}: {here - end:.2f} degrees are left that way"
+    with pytest.raises(LimitError, match=f"elbow_flexion is at {said}"):
         jog(session, "elbow_flexion", -0.7, 1.0)
     assert stepped.torque() == [0] * 7
 
