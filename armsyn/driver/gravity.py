@@ -35,7 +35,11 @@ LARGEST_CORRECTION = 0.1
 itself, which must be no following error (0.15 rad at rest)."""
 
 FADE = 0.25
-"""Seconds in which the feed-forward comes up under an arm that was limp."""
+"""Seconds in which the feed-forward comes up under an arm that was limp, at least."""
+
+GENTLE_LEAD = 0.1
+"""rad/s on average at which it comes up then, at most, however fast the plan is: nobody who asked
+for a slow motion expects the hand to jump first."""
 
 CORRECTION_RATE = 4.0
 """1/s: the part of the remaining error that goals move by. A loop with gravity's load follows its
@@ -45,7 +49,8 @@ FASTEST_CORRECTION = 0.2
 """rad/s that a correction may move a goal by."""
 
 FASTEST_LEAD = 1.0
-"""rad/s that goals may move against the wanted posture in all."""
+"""rad/s that goals may move against the wanted posture in all: gravity's torque changes with the
+posture, and the lead must follow it through a fast reach."""
 
 HELD_BACK = 0.12
 """rad from its goal from which on a joint is held by something: no correction pushes there."""
@@ -156,6 +161,7 @@ class GoalLead:
         self._correction = np.clip(beyond, -LARGEST_CORRECTION, LARGEST_CORRECTION)
         # ... and what is missing to it under a limp one comes up softly
         self._fading = self.lead - self._feedforward - self._correction
+        self._fade = max(FADE, float(np.abs(self._fading).max()) / GENTLE_LEAD)
         self.content = not settings.active
         self.there = False
         self.limited = np.zeros(n, dtype=np.bool_)
@@ -171,7 +177,7 @@ class GoalLead:
         self._ticks += 1
         part = (rest + 1) / self._every
         target = self._feedforward + part * (self._next - self._feedforward) + self._correction
-        left = 1.0 - minimum_jerk(self._ticks * settings.period / FADE)
+        left = 1.0 - minimum_jerk(self._ticks * settings.period / self._fade)
         target += self._fading * left
         most = FASTEST_LEAD * settings.period
         lead = self.lead + np.clip(target - self.lead, -most, most)

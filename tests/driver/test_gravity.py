@@ -1,5 +1,7 @@
 """Arms with weight: where they end, and by how much goals lead against gravity."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,6 +13,7 @@ from armsyn.arm.motors import position_stiffness
 from armsyn.driver import Ending, Recording, straight_way
 from armsyn.driver.gravity import (
     FASTEST_LEAD,
+    GENTLE_LEAD,
     LARGEST_CORRECTION,
     LARGEST_FEEDFORWARD,
     GoalLead,
@@ -209,6 +212,18 @@ def test_goals_stay_in_range_and_never_leap(
         last = goals
     most = (LARGEST_CORRECTION + LARGEST_FEEDFORWARD) if active else 0.0
     assert np.abs(last - wanted).max() <= most + 1e-9
+
+
+def test_the_lead_comes_up_gently_under_a_limp_arm(human7: ArmDescription) -> None:
+    soft = dataclasses.replace(settings_of(human7), stiffness=np.full(7, 5.0))
+    wanted = human7.chain.lower + 0.5 * (human7.chain.upper - human7.chain.lower)
+    lead = GoalLead(soft, wanted, wanted, np.zeros(7, dtype=np.bool_))
+    goals = np.array([wanted, *(lead.goals(wanted) for _ in range(400))])
+    needed = soft.feedforward(wanted)
+    assert np.abs(needed).max() > 0.08
+    assert goals[-1] - wanted == pytest.approx(needed)
+    # a minimum-jerk course is 15/8 of its average at most
+    assert np.abs(np.diff(goals, axis=0)).max() / 0.005 < 1.9 * GENTLE_LEAD
 
 
 def test_nothing_is_corrected_while_a_joint_moves_or_is_held(human7: ArmDescription) -> None:
