@@ -72,7 +72,7 @@ def test_no_such_port() -> None:
         SerialPort("/dev/nothing", 1_000_000)
 
 
-@pytest.mark.fault(13)
+@pytest.mark.fault(12)
 @pytest.mark.timeout(20)
 def test_a_port_that_hangs_up_while_bytes_are_gathered(terminal: tuple[int, str]) -> None:
     master, path = terminal
@@ -84,6 +84,7 @@ def test_a_port_that_hangs_up_while_bytes_are_gathered(terminal: tuple[int, str]
             port.gather(10, port.now() + 0.01)
 
 
+@pytest.mark.fault(13)
 def test_no_permission(terminal: tuple[int, str], monkeypatch: pytest.MonkeyPatch) -> None:
     # made up, for the user who runs the tests may be allowed everything
     def refuse(*_: object, **__: object) -> None:
