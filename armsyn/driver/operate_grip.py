@@ -303,6 +303,7 @@ class Gripper:
                 " clear",
                 self.servo.id,
             )
+        self._check_settings()
         low, high = sorted((self.description.open, self.description.closed))
         angle = self._angle()
         if not low - _OUTSIDE <= angle <= high + _OUTSIDE:
@@ -310,6 +311,20 @@ class Gripper:
                 f"{self.title} is at {math.degrees(angle):.0f} degrees, its range is"
                 f" {math.degrees(low):.0f} to {math.degrees(high):.0f}: it has lost its turns"
                 " (armsyn reboot folds them), or armsyn calibrate"
+            )
+
+    def _check_settings(self) -> None:
+        """Make sure that it counts as described, and that no other servo's goals move it."""
+        drive_mode, follows = self._read("Drive Mode"), self._read("Secondary ID")
+        if ((drive_mode or 0) ^ self.servo.drive_mode) & reg.DRIVE_MODE_REVERSE:
+            raise ServoMismatchError(
+                f"{self.title} counts positions the other way round than described (bit 0 of"
+                " register 10, Drive Mode): armsyn setup sets it"
+            )
+        if follows is not None and follows < reg.NO_SECONDARY_ID and follows != self.servo.id:
+            raise ServoMismatchError(
+                f"{self.title} follows the goals of servo {follows} (register 12, Secondary ID):"
+                " write 255 there with its torque off (armsyn setup does)"
             )
 
     def _check_going(self) -> None:

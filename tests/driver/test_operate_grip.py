@@ -67,6 +67,19 @@ def test_the_current_limit_survives_the_change_of_mode(stepped: SteppedArm) -> N
     assert gripper.mode_to_set() is None
 
 
+@pytest.mark.parametrize(
+    ("address", "value", "said"),
+    [(10, 1, "the other way round"), (12, 11, "follows the goals of servo 11")],
+)
+def test_a_gripper_that_is_not_set_up_is_refused(
+    stepped: SteppedArm, address: int, value: int, said: str
+) -> None:
+    stepped.by_id[15].write(address, bytes([value]))
+    with pytest.raises(ServoMismatchError, match=f"{said}.*armsyn setup"):
+        gripper_of(stepped)
+    assert register(stepped, "Torque Enable") == 0
+
+
 def test_a_current_limit_that_is_not_taken_keeps_the_torque_off(stepped: SteppedArm) -> None:
     deafen(stepped.by_id[15], GOAL_CURRENT, round(0.2 / 2.69e-3))
     gripper = gripper_of(stepped)
