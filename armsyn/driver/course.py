@@ -55,6 +55,9 @@ class Course(Protocol):
     def resume_from_rest(self) -> None:
         """Go on from a standstill: the arm has come to rest."""
 
+    def halt(self) -> None:
+        """Be stopped where it stands: the arm has come to rest and is not to go on."""
+
 
 class PathCourse:
     """A path, passed at the pace of path time.
@@ -102,6 +105,10 @@ class PathCourse:
     def resume_from_rest(self) -> None:
         """Let path time start anew."""
         self._time.resume_from_rest(self._ramp())
+
+    def halt(self) -> None:
+        """Let path time stand still."""
+        self._time.halt()
 
     def _ramp(self) -> float:
         back, here, ahead = (

@@ -117,6 +117,10 @@ class PathTime:
         """Start again from a standstill, at full pace after `duration` seconds."""
         self._begin(0.0, 1.0, duration)
 
+    def halt(self) -> None:
+        """Stand still for good: what moved has come to rest."""
+        self._begin(0.0, 0.0, 0.0)
+
     def _begin(self, start: float, end: float, duration: float) -> None:
         self._scale = self._from = start
         self._to = end

@@ -239,6 +239,19 @@ def disarm_watchdog(group: ServoGroup) -> None:
     group.set("Bus Watchdog", dict.fromkeys(group.ids, 0))
 
 
+def check_holding(group: ServoGroup) -> None:
+    """Make sure that all servos still hold; HardwareFaultError when one has let go or restarted."""
+    limp = [i for i, value in group.read("Torque Enable").items() if not value]
+    if limp:
+        raise HardwareFaultError(f"{group.title(limp[0])} has lost its torque: check it", limp[0])
+    disarmed = [i for i, value in group.read("Bus Watchdog").items() if value == 0]
+    if disarmed:
+        raise HardwareFaultError(
+            f"{group.title(disarmed[0])} has lost its bus watchdog: it restarted, check its power",
+            disarmed[0],
+        )
+
+
 def torque_off(group: ServoGroup) -> None:
     """Let all servos of a group go; HardwareFaultError when one does not."""
     group.set("Torque Enable", dict.fromkeys(group.ids, 0))

@@ -269,6 +269,8 @@ class ArmRun:
             return
         if self.ending is Ending.PARKED:
             power.torque_off(self.group)
+        else:
+            power.check_holding(self.group)
         power.disarm_watchdog(self.group)
         self._armed = False
         power.restore_profiles(self.group, self._facts)

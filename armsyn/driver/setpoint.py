@@ -115,6 +115,12 @@ class SetpointCourse:
             self._coast = None
             self._next_at_rest()
 
+    def halt(self) -> None:
+        """Stay where the goals stand."""
+        self.stop()
+        self._before, self._coast = self._last, None
+        self._next_at_rest()
+
     @staticmethod
     def at_rest(posture: FloatArray) -> JointState:
         """State of an arm that stands in a posture, as far as it is known."""

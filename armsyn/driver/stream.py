@@ -250,16 +250,19 @@ class Streamer:
         return missed * period
 
     def _pace(self, course: Course, stall: float, *, stop: bool) -> None:
-        """Let the course slow down for a stop, or start from rest after a stall."""
-        if course.stopping or not (stop or stall > REST_AFTER):
-            return
-        if stop:
+        """Let the course slow down for a stop, or start from rest after a stall.
+
+        After a stall a course that is to stop has stopped already.
+        """
+        if stall > REST_AFTER:
+            stop = stop or course.stopping
+            then = "stopped where it stands" if stop else "starting from rest again"
+            self.note(f"the host stalled for {stall:.3f} s: {then}", "warning")
+            self._judged_by.commands[:] = self.commanded
+            (course.halt if stop else course.resume_from_rest)()
+        elif stop and not course.stopping:
             self.note("asked to stop: decelerating")
             course.stop()
-        else:
-            self.note(f"the host stalled for {stall:.3f} s: starting from rest again", "warning")
-            course.resume_from_rest()
-            self._judged_by.commands[:] = self.commanded
 
     def _tick(self, wanted: FloatArray) -> None:
         wanted = self._judged(wanted)

@@ -338,3 +338,36 @@ def test_an_arm_that_holds_itself_is_not_dropped(stepped: SteppedArm) -> None:
     recording = second.run(reverse, on_tick=lambda *_: states.append(stepped.torque()))
     assert recording.ending is Ending.COMPLETED
     assert all(state == ON for state in states)
+
+
+@pytest.mark.parametrize("stop_at", [0.4, 0.3], ids=["with the stall", "before it"])
+def test_a_stop_with_a_stall_stops_where_the_arm_stands(
+    stepped: SteppedArm, stop_at: float
+) -> None:
+    session = stepped.session()
+    stepped.at(stop_at, session.stops.request)
+    stepped.at(0.4, lambda: stepped.clock.advance(0.1))
+    recording = session.run(stepped.way(0.6, 0.3, -0.6, 0.9))
+    assert recording.ending is Ending.STOPPED_PARKED
+    stall = int(np.argmax(np.diff(recording.time_s)))
+    commands = recording.commanded_rad[stall:]
+    assert np.abs(commands[1:20] - commands[0]).max() == 0.0
+    texts = [event.text for event in recording.events]
+    assert any("stopped where it stands" in text for text in texts)
+
+
+@pytest.mark.parametrize(
+    ("register", "what"), [("Torque Enable", "torque"), ("Bus Watchdog", "bus watchdog")]
+)
+def test_a_run_with_a_limp_joint_at_its_end_is_not_completed(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, register: str, what: str
+) -> None:
+    def lose(*_: object) -> None:
+        stepped.by_id[4].memory.store(register, 0)
+
+    monkeypatch.setattr("armsyn.driver.run.ArmRun._note_strangers", lose)
+    session = stepped.session()
+    with pytest.raises(HardwareFaultError, match=f"servo 4 .* has lost its {what}"):
+        session.run(stepped.way(0.3))
+    assert session.recording is not None
+    assert session.recording.ending is Ending.FAULT
