@@ -120,10 +120,10 @@ def write_changes(
     KeyboardInterrupt
         A stop was asked for meanwhile; all is written.
     """
-    check_limp(bus, ((image.found.servo_id, image.model, title),))
     place, done = image.found, 0
     with uninterrupted():
         try:
+            check_limp(bus, ((place.servo_id, image.model, title),))
             for change in place_last(changes):
                 place = _write(bus, image, place, change, title)
                 done += 1

@@ -222,6 +222,14 @@ def test_a_power_cut_in_the_middle_is_said_and_the_next_run_finishes(
     assert not planned(bus, widowx, 3).changes
 
 
+def test_a_servo_that_is_gone_after_the_question_is_said(widowx: ArmDescription) -> None:
+    bus = bench("xm430-w350:1")
+    plan = planned(bus, widowx, 3)
+    bus.port.simulation.inject("missing-servo:id=1")
+    with pytest.raises(HardwareFaultError, match="0 of 5 settings written: check its power"):
+        carried_out(bus, plan)
+
+
 def test_a_value_that_the_servo_does_not_take_is_said(widowx: ArmDescription) -> None:
     bus = bench("xm430-w350:1")
     plan = planned(bus, widowx, 3)
