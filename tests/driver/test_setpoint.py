@@ -114,6 +114,20 @@ def test_a_stall_is_followed_by_a_start_from_rest(stepped: SteppedArm) -> None:
     assert (np.abs(acceleration).max(axis=0) <= stepped.description.max_acceleration).all()
 
 
+@pytest.mark.parametrize("stop_at", [1.5, 1.4], ids=["with the stall", "before it"])
+def test_a_stop_with_a_stall_stays_where_the_arm_stands(
+    stepped: SteppedArm, stop_at: float
+) -> None:
+    session = stepped.session()
+    stepped.at(stop_at, session.stops.request)
+    stepped.at(1.5, lambda: stepped.clock.advance(0.1))
+    recording = session.run_setpoint(circle(stepped.description), 3.0)
+    assert recording.ending in (Ending.STOPPED_PARKED, Ending.STOPPED_HOLDING)
+    stall = int(np.argmax(np.diff(recording.time_s)))
+    commands = recording.commanded_rad[stall:]
+    assert np.abs(commands[1:20] - commands[0]).max() < 1e-12
+
+
 @pytest.mark.parametrize(
     ("first", "kind", "said"),
     [
