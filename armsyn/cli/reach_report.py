@@ -157,9 +157,15 @@ def _measures(found: ProfileMeasures) -> dict[str, Any]:
 
 
 def _print(document: dict[str, Any]) -> None:
-    click.echo(_leg_text("reach", document))
-    if "return" in document:
-        click.echo(_leg_text("return", document["return"]))
+    where = "the simulated arm ends with this command" if document["simulated"] else "now"
+    ended = f"ended: {document['ending']} ({where})"
+    stopped = Ending(document["ending"]) in STOPS
+    if stopped:  # it is no reach that measures could be taken of
+        click.echo(ended)
+    else:
+        click.echo(_leg_text("reach", document))
+        if "return" in document:
+            click.echo(_leg_text("return", document["return"]))
     rms = document["tracking_rms_rad"]
     tracking = "unknown" if rms is None else f"{rms:.4f} rad rms"
     click.echo(
@@ -168,8 +174,8 @@ def _print(document: dict[str, Any]) -> None:
         " the last 100,"
         f" tracking {tracking}"
     )
-    where = "the simulated arm ends with this command" if document["simulated"] else "now"
-    click.echo(f"ended: {document['ending']} ({where})")
+    if not stopped:
+        click.echo(ended)
     for key, what in (("record", "recording"), ("plot", "plot")):
         if document[key]:
             click.echo(f"{what}: {document[key]}")
