@@ -17,12 +17,13 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from types import FrameType
 from typing import Any
 
 from armsyn.arm import ArmDescription
 from armsyn.driver.recording import Ending, Recording
 from armsyn.driver.session import ArmSession
-from armsyn.driver.signals import StopRequests
+from armsyn.driver.signals import SIGNALS, StopRequests
 from armsyn.driver.stream import OnTick
 from armsyn.errors import ArmFaultError, ArmsynError
 from armsyn.motion import Motion
@@ -187,12 +188,13 @@ def serve(pipe: Connection) -> None:
     ----------
     pipe : Connection
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
     try:
         job: Job = pipe.recv()
     except EOFError:
         return  # the caller died
-    stops = StopRequests()
+    stops = _Told()
     listener = threading.Thread(target=_heed, args=(pipe, stops), daemon=True)
     listener.start()
     reports: queue.SimpleQueue[Any] = queue.SimpleQueue()
@@ -230,13 +232,32 @@ def _run(
                 return
 
 
-def _heed(pipe: Connection, stops: StopRequests) -> None:
+class _Told(StopRequests):
+    """Requests through a pipe: a signal to both processes is one request, which the caller tells.
+
+    Attributes
+    ----------
+    alone : bool
+        There is no caller any more: signals count.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.alone = False
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        if self.alone:
+            super()._on_signal(number, frame)
+
+
+def _heed(pipe: Connection, stops: _Told) -> None:
     """Take each word, and the end of the pipe, as a request to stop."""
     try:
         while True:
             pipe.recv()
             stops.request()
     except (EOFError, OSError):
+        stops.alone = True
         stops.request()
 
 

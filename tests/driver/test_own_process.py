@@ -103,6 +103,23 @@ def test_a_request_to_stop_goes_through(port: str) -> None:
     assert ending in (Ending.STOPPED_PARKED, Ending.STOPPED_HOLDING)
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_to_both_processes_is_one_request(port: str, number: signal.Signals) -> None:
+    before, told = children(), []
+
+    def on_tick(path_time: float, _: float) -> None:
+        if path_time > 0.3 and not told:
+            told.extend(set(children()) - set(before))
+            for process in (*told, os.getpid()):
+                os.kill(process, number)
+
+    result = run_in_process(slow_job(port), on_tick=on_tick)
+    assert result.error is None
+    assert told
+    ending = result.recordings[-1].ending
+    assert ending in (Ending.STOPPED_PARKED, Ending.STOPPED_HOLDING)
+
+
 def test_an_error_comes_back_with_its_evidence(port: str, human7: ArmDescription) -> None:
     way = straight_way(human7.rest + 0.3, human7.rest, human7, RATE)
     result = run_in_process(Job(port, human7, RATE, ((way, None),)))
