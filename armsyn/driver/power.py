@@ -28,9 +28,9 @@ by up to 0.22 rad against gravity (`armsyn.driver.gravity`)."""
 MOVED_TOLERANCE_TICKS = 64
 """How far a servo may move (5.6 degrees) as torque comes on."""
 
-DRIFT_TICKS_X = 8
-DRIFT_TICKS = {AX: 3, XL320: 3}
-"""How far a limp servo may drift (0.7 degrees) from where it was read until its torque comes on:
+DRIFT_TICKS_X = 32
+DRIFT_TICKS = {AX: 9, XL320: 9}
+"""How far a limp servo may drift (2.8 degrees) from where it was read until its torque comes on:
 it jerks back by as much."""
 
 STEADY_TICKS = {AX: 2, MX1: 4, XL320: 2}
