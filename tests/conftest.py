@@ -37,6 +37,7 @@ REALTIME = frozenset(
         "driver/test_serial_port",
         "driver/test_setpoint",
         "driver/test_spool",
+        "driver/test_stateful",
         "firmware_sim/test_command",
         "firmware_sim/test_faults_process",
         "firmware_sim/test_hands",
