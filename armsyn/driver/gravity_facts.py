@@ -15,19 +15,15 @@ from armsyn.driver.servos import ServoGroup
 FloatArray = NDArray[np.float64]
 
 
-def make_lead(
+def read_lead_settings(
     group: ServoGroup,
     arm: ArmDescription,
     facts: tuple[ServoFacts, ...],
-    goals: list[int],
     period: float,
     *,
     gravity: bool = True,
-) -> GoalLead:
-    """Read what there is to know, and let goals lead from where they stand.
-
-    The wanted posture begins where the arm is; a joint that is beyond its range, as on its stop,
-    at the end of it.
+) -> LeadSettings:
+    """Read what leads are worked out from.
 
     Parameters
     ----------
@@ -36,16 +32,14 @@ def make_lead(
     arm : ArmDescription
     facts : tuple of ServoFacts, length n
         Of the joints' leading servos.
-    goals : list of int, length n
-        Where their goals stand, ticks.
     period : float
         Of the ticks, s.
     gravity : bool
-        False for goals that lead by nothing: then the wanted posture begins at the goals.
+        False for goals that lead by nothing.
 
     Returns
     -------
-    GoalLead
+    LeadSettings
 
     Raises
     ------
@@ -53,7 +47,7 @@ def make_lead(
         As the bus.
     """
     chain, lower, upper = arm.chain, *_own_limits(arm, facts)
-    settings = LeadSettings(
+    return LeadSettings(
         arm=arm,
         stiffness=read_stiffness(group, arm) if gravity else np.full(len(facts), np.nan),
         lower=np.maximum(chain.lower, lower),
@@ -61,9 +55,26 @@ def make_lead(
         period=period,
         active=gravity,
     )
-    sent = arm.calibration.to_radians(goals)
-    present = arm.calibration.to_radians([servo.present_position for servo in facts])
-    wanted = np.clip(present if gravity else sent, settings.lower, settings.upper)
+
+
+def make_lead(settings: LeadSettings, facts: tuple[ServoFacts, ...], goals: list[int]) -> GoalLead:
+    """Let goals lead from where they stand.
+
+    The wanted posture begins where the arm is (at the goals, if they lead by nothing); a joint
+    that is beyond its range, as on its stop, at the end of it.
+
+    Parameters
+    ----------
+    settings : LeadSettings
+    facts : tuple of ServoFacts, length n
+        Of the joints' leading servos, as they are right before torque.
+    goals : list of int, length n
+        Where their goals stand, ticks.
+    """
+    calibration = settings.arm.calibration
+    sent = calibration.to_radians(goals)
+    present = calibration.to_radians([servo.present_position for servo in facts])
+    wanted = np.clip(present if settings.active else sent, settings.lower, settings.upper)
     holds = np.array([servo.torque_enabled for servo in facts])
     return GoalLead(settings, wanted, sent, holds)
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
+from armsyn.arm.calibration import radians_per_tick
 from armsyn.driver import registers as reg
 from armsyn.driver.checks import check_pairs
 from armsyn.driver.facts import PROFILES, ServoFacts
@@ -17,6 +19,7 @@ from armsyn.driver.registers import AX, MX1, XL320
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import ArmFaultError, HardwareFaultError
+from armsyn.safety import START_TOLERANCE
 
 RESTORE_ATTEMPTS = 3
 """How often what was found is written back before a servo is given up."""
@@ -28,47 +31,47 @@ by up to 0.22 rad against gravity (`armsyn.driver.gravity`)."""
 MOVED_TOLERANCE_TICKS = 64
 """How far a servo may move (5.6 degrees) as torque comes on."""
 
-DRIFT_TICKS_X = 32
-DRIFT_TICKS = {AX: 9, XL320: 9}
-"""How far a limp servo may drift (2.8 degrees) from where it was read until its torque comes on:
+DRIFT_TICKS_X = 8
+DRIFT_TICKS = {AX: 3, XL320: 3}
+"""How far a limp servo may drift (0.7 degrees) from where its goal is until its torque comes on:
 it jerks back by as much."""
 
 STEADY_TICKS = {AX: 2, MX1: 4, XL320: 2}
 """How far off a goal older families may read theirs while limp: they then read where they are."""
 
 
-def power_up(
+def prepare(
     group: ServoGroup,
     facts: Sequence[ServoFacts],
     profiles: Mapping[str, Mapping[int, int]] | None = None,
-) -> None:
-    """Give torque without a jerk: goal := present, verified, then torque on, verified.
+) -> tuple[ServoFacts, ...]:
+    """Do all that takes time before torque, and read once more where limp servos are.
 
-    A servo that holds already keeps its goal, so that a raised arm does not dip; so does a pair of
-    which one holds, and both get the leader's tick otherwise. Profiles are set for streaming;
-    `restore_profiles` puts them back after a run that ends well, after a fault they stay. The
-    watchdog is armed before the torque, where there is one.
+    Profiles are set for streaming; `restore_profiles` puts them back after a run that ends well,
+    after a fault they stay. The watchdog is armed, where there is one.
 
     Parameters
     ----------
     group : ServoGroup
         Leaders and shadows; no gripper.
     facts : sequence of ServoFacts
-        Of the group, as read just now.
+        Of the group, as read before.
     profiles : mapping of str to mapping of int to int, optional
         Register and ID to value; 0, which is no profile, where none is given.
+
+    Returns
+    -------
+    tuple of ServoFacts
+        The same, with positions as they are now.
 
     Raises
     ------
     HardwareFaultError
-        A servo does not take its goal, torque or watchdog, is away from the goal it holds, or has
-        moved while limp since the facts were read.
-    ServoMismatchError
-        The two servos of a dual joint read too far apart: they would fight.
+        A servo does not take its watchdog or profile, is away from the goal it holds, or has
+        moved while limp, from where the motion was checked from.
     BusError, PortLostError
         As the bus.
     """
-    check_pairs(facts)
     goals = standing_goals(facts)
     for servo in facts:
         off = abs(goals[servo.servo_id] - servo.present_position)
@@ -78,13 +81,47 @@ def power_up(
                 " held by something; wait, or free it",
                 servo.servo_id,
             )
-    limp = [servo.servo_id for servo in facts if not servo.torque_enabled]
     for name in PROFILES:
         wanted = (profiles or {}).get(name, {})
         group.set(name, {i: wanted.get(i, 0) for i in group.having(name)})
     group.set("Bus Watchdog", dict.fromkeys(group.ids, WATCHDOG_UNITS))
-    present = _present_still(group, facts)
+    start = {
+        servo.servo_id: int(START_TOLERANCE / radians_per_tick(servo.servo.model))
+        for servo in facts
+    }
+    present = _present_near(group, facts, start)
+    return tuple(replace(servo, present_position=present[servo.servo_id]) for servo in facts)
+
+
+def power_up(group: ServoGroup, facts: Sequence[ServoFacts]) -> None:
+    """Give torque without a jerk: goal := present, verified, then torque on, verified.
+
+    A servo that holds already keeps its goal, so that a raised arm does not dip; so does a pair of
+    which one holds, and both get the leader's tick otherwise.
+
+    Parameters
+    ----------
+    group : ServoGroup
+        As of `prepare`.
+    facts : sequence of ServoFacts
+        Of `prepare`, right before.
+
+    Raises
+    ------
+    HardwareFaultError
+        A servo does not take its goal or torque, has moved while limp since `prepare`, moves as
+        its torque comes on, or its watchdog is not armed.
+    ServoMismatchError
+        The two servos of a dual joint read too far apart: they would fight.
+    BusError, PortLostError
+        As the bus.
+    """
+    check_pairs(facts)
+    goals = standing_goals(facts)
+    limp = [servo.servo_id for servo in facts if not servo.torque_enabled]
     _send_goals(group, {i: goals[i] for i in _pairs_of(facts, limp)})
+    drift = {i: DRIFT_TICKS.get(group.models[i].layout, DRIFT_TICKS_X) for i in group.ids}
+    present = _present_near(group, facts, drift)
     group.set("Torque Enable", dict.fromkeys(limp, 1))
     group.verify("Bus Watchdog", dict.fromkeys(group.ids, WATCHDOG_UNITS))
     _check_still(group, facts, present)
@@ -130,13 +167,14 @@ def _send_goals(group: ServoGroup, goals: Mapping[int, int]) -> None:
     group.verify("Goal Position", goals, STEADY_TICKS)
 
 
-def _present_still(group: ServoGroup, facts: Sequence[ServoFacts]) -> dict[int, int]:
-    """Positions right before torque; refuses a limp servo that has left where it was read."""
+def _present_near(
+    group: ServoGroup, facts: Sequence[ServoFacts], allowed: Mapping[int, int]
+) -> dict[int, int]:
+    """Read positions; refuse a limp servo that is more ticks than allowed from where it was."""
     present = group.read("Present Position")
     for servo in facts:
         moved = abs(present[servo.servo_id] - servo.present_position)
-        allowed = DRIFT_TICKS.get(group.models[servo.servo_id].layout, DRIFT_TICKS_X)
-        if not servo.torque_enabled and moved > allowed:
+        if not servo.torque_enabled and moved > allowed[servo.servo_id]:
             raise HardwareFaultError(
                 f"{servo.title} moved by {moved} ticks before its torque came on: somebody moves"
                 " the limp arm, or it falls; hold it still and run it again",

@@ -12,7 +12,8 @@ from armsyn.driver import power
 from armsyn.driver.checks import check_facts, unwatched
 from armsyn.driver.clock import Clock
 from armsyn.driver.facts import ServoFacts, read_facts
-from armsyn.driver.gravity_facts import make_lead
+from armsyn.driver.gravity import LeadSettings
+from armsyn.driver.gravity_facts import make_lead, read_lead_settings
 from armsyn.driver.joints import JointGroup
 from armsyn.driver.limits import check_position_limits, with_servo_limits
 from armsyn.driver.log import MOST_ROWS, StreamLog
@@ -142,10 +143,9 @@ class ArmRun:
         for motion in (self.trajectory, self.park):
             if isinstance(motion, Motion):
                 check_position_limits(motion, self._facts, self.arm)
-        streamer = self._make_streamer()
+        log, lead = self._make_log(), self._read_lead_settings()
         self._heed_stop()
-        self._power_up()
-        self.streamer = streamer
+        self.streamer = streamer = self._power_up(log, lead)
         try:
             streamer.begin()
             self.ending = self._move(streamer)
@@ -174,15 +174,18 @@ class ArmRun:
                 "asked to stop before the motion began: nothing has moved; run it again to move"
             )
 
-    def _power_up(self) -> None:
+    def _power_up(self, log: StreamLog, lead: LeadSettings) -> Streamer:
         try:
-            power.power_up(self.group, self._facts, self._profiles)
+            facts = power.prepare(self.group, self._facts, self._profiles)
+            streamer = self._make_streamer(facts, log, lead)
+            power.power_up(self.group, facts)
         except BaseException as error:
             if failed := power.restore(self.group, self._facts):
                 self.fault = error
                 _say_also(error, self._not_restored(failed))
             raise
         self._armed = True
+        return streamer
 
     def _not_restored(self, failed: dict[int, str]) -> str:
         titles = {servo.servo_id: servo.title for servo in self._facts}
@@ -195,18 +198,26 @@ class ArmRun:
         """Facts of the servos that the joints are commanded by, base to tip."""
         return self._facts[: len(self.arm.leaders)]
 
-    def _make_streamer(self) -> Streamer:
-        period, servos = 1.0 / self.rate_hz, self._leaders
+    def _make_log(self) -> StreamLog:
         planned = self.trajectory.duration + (self.park.duration if self.park else 0.0)
         longest = _SPARE * (planned + LONGEST_PARKING + 3 * LONGEST_CORRECTION)
-        standing = power.standing_goals(self._facts)
-        goals = [standing[servo.servo_id] for servo in servos]
+        return StreamLog(min(int(longest * self.rate_hz) + 1, MOST_ROWS), len(self._leaders))
+
+    def _read_lead_settings(self) -> LeadSettings:
+        period, servos = 1.0 / self.rate_hz, self._leaders
+        return read_lead_settings(self.group, self.arm, servos, period, gravity=self.gravity)
+
+    def _make_streamer(
+        self, facts: tuple[ServoFacts, ...], log: StreamLog, settings: LeadSettings
+    ) -> Streamer:
+        """Make a streamer that begins where the arm is right before torque."""
+        period, servos = 1.0 / self.rate_hz, facts[: len(self.arm.leaders)]
+        standing = power.standing_goals(facts)
         self.joints.start_at([servo.present_position for servo in servos])
-        lead = make_lead(self.group, self.arm, servos, goals, period, gravity=self.gravity)
+        lead = make_lead(settings, servos, [standing[servo.servo_id] for servo in servos])
         commanded = lead.wanted
         limits = CommandLimits.of(self.arm, period, commanded)
-        log = StreamLog(min(int(longest * self.rate_hz) + 1, MOST_ROWS), len(goals))
-        for remark in filter(None, (*self.remarks, lead.settings.expected_droop())):
+        for remark in filter(None, (*self.remarks, settings.expected_droop())):
             log.note(0.0, remark, "warning")
         return Streamer(
             link=self.joints,

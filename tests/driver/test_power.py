@@ -9,7 +9,7 @@ from armsyn.arm.calibration import RADIANS_PER_TICK
 from armsyn.driver import Ending
 from armsyn.driver.facts import ServoFacts, read_facts
 from armsyn.driver.models import VELOCITY_UNIT
-from armsyn.driver.power import power_up, release_watchdogs
+from armsyn.driver.power import power_up, prepare, release_watchdogs
 from armsyn.driver.profiles import streaming_profiles
 from armsyn.driver.servos import ServoGroup
 from armsyn.errors import ArmFaultError, HardwareFaultError
@@ -86,7 +86,7 @@ def test_the_net_slows_a_goal_that_nobody_planned(
     session = stepped.session()
     session.run(stepped.way(0.1, 0.0, 0.0, 0.1))
     facts = read_facts(group := ServoGroup(stepped.bus, stepped.description.servo))
-    power_up(group, facts, streaming_profiles(slow, facts, group))
+    power_up(group, prepare(group, facts, streaming_profiles(slow, facts, group)))
     wrist = stepped.servos[5]
     here = present_tick(wrist)
     group.write("Goal Position", {6: here + 400})
