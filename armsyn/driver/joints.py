@@ -92,7 +92,8 @@ class _Goals:
     highest: int
 
     def packet(self, ticks: IntArray) -> bytes:
-        data = self.packing.pack(*ticks[self.rows].clip(self.lowest, self.highest).tolist())
+        within = np.minimum(np.maximum(ticks[self.rows], self.lowest), self.highest)
+        data = self.packing.pack(*within.tolist())
         at, size = self.register.address, self.register.size
         packet: bytes = codec(self.protocol).sync_write(at, size, self.ids, data)
         return packet

@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from armsyn.driver.crc import crc16
+from fastcrc.crc16 import umts as crc16
+
 from armsyn.driver.protocol import ALERT, HEADER, MAXIMUM_ID, STATUS, STATUS_ERRORS, unstuff
 from armsyn.driver.protocol1 import HARDWARE_ERRORS, flag_names
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from armsyn.driver.crc import crc16
+from fastcrc.crc16 import umts as crc16
 
 HEADER = b"\xff\xff\xfd\x00"
 BROADCAST_ID = 254

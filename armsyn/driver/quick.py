@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from armsyn.driver.crc import crc16
+from fastcrc.crc16 import umts as crc16
+
 from armsyn.driver.parser import StatusPacket
 from armsyn.driver.protocol import BROADCAST_ID, HEADER, STATUS
 

@@ -202,7 +202,10 @@ class BufferedPort(SerialPort):
         super().write(data)
         start = time.perf_counter()
         last = os.read(self._master, 4096).rpartition(b"\xff\xff\xfd\x00")
-        os.write(self._master, b"".join(answers(last[1] + last[2], len(IDS))))
+        replies = b"".join(answers(last[1] + last[2], len(IDS)))
+        os.write(self._master, replies)
+        while self.waiting() < len(replies):  # the system passes them on in a thread of its own
+            pass
         self.aside += time.perf_counter() - start
 
 

@@ -4,11 +4,11 @@
 
 import pytest
 from dynamixel_sdk import Protocol2PacketHandler
+from fastcrc.crc16 import umts as crc16
 from hypothesis import given
 from hypothesis import strategies as st
 
 from armsyn.driver import protocol
-from armsyn.driver.crc import crc16
 
 PATTERN = b"\xff\xff\xfd"
 AWKWARD = st.lists(st.sampled_from([b"\xff", b"\xfd", b"\x00", PATTERN, b"\x12"]), max_size=40)

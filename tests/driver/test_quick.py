@@ -3,12 +3,12 @@
 from itertools import pairwise
 
 import pytest
+from fastcrc.crc16 import umts as crc16
 from hypothesis import given
 from hypothesis import strategies as st
 
 from armsyn.driver import protocol
 from armsyn.driver.collecting import FastCollector
-from armsyn.driver.crc import crc16
 from armsyn.driver.parser import ParserCounters, StatusPacket, StatusParser
 from armsyn.driver.quick import FastDecoding, FastLayout, StatusDecoding, StatusLayout
 
