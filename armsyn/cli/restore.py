@@ -97,7 +97,6 @@ def _write(bus: Bus, due: tuple[RestorePlan, ...], kept: Any, asked: Person) -> 
         kept.add(plan.image, plan.backup.was)
     asked.say(f"backup: {kept.path}")
     for plan in due:
-        bus.setBaudRate(plan.image.found.baud)
         write_changes(bus, plan.image, plan.changes, plan.title)
         asked.say(f"{plan.title}: written and read back")
 

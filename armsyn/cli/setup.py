@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     "--baud",
     type=click.IntRange(min=1),
     metavar="N",
-    help="Rate that they have now, bit/s  [default: found out; with --all the description's].",
+    help="Rate that they have now, bit/s; with --all the description's is tried as well"
+    "  [default: found out; with --all only the description's].",
 )
 @click.option(
     "--calibration",
@@ -161,7 +162,6 @@ class _Setup:
                 changes = step(plan.changes, alone=len(plans) == 1)
                 if changes:
                     image = images[plan.servo.id]
-                    bus.setBaudRate(image.found.baud)
                     images[plan.servo.id] = write_changes(bus, image, changes, plan.title)
         for plan in due:
             self._person.say(f"{plan.title}: written and read back")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armsyn.arm import ArmDescription, ServoDescription
 from armsyn.driver.eeprom import EepromImage, check_limp, read_eeprom
 from armsyn.driver.models import servo_model
-from armsyn.driver.scan import BAUD_RATES, FoundServo, ScanProgress, ScanResult, scan
+from armsyn.driver.scan import BAUD_RATES, FoundServo, ScanProgress, ScanResult, restored_baud, scan
 from armsyn.driver.servos import title_of
 from armsyn.driver.setup_plan import Change, changes_of, wanted_settings
 from armsyn.driver.setup_write import check_vacant, destination
@@ -137,7 +138,9 @@ def _check_model(bus: Bus, servo: ServoDescription, found: FoundServo) -> None:
 def plan_servo(
     bus: Bus, arm: ArmDescription, servo: ServoDescription, found: FoundServo
 ) -> ServoPlan:
-    """Read a servo's settings and say what is to be written. The bus is at its baud rate.
+    """Read a servo's settings and say what is to be written.
+
+    The bus is at the rate where it was found afterwards.
 
     Raises
     ------
@@ -148,6 +151,7 @@ def plan_servo(
     BusError, PortLostError
         As the bus.
     """
+    bus.setBaudRate(found.baud)
     image = read_eeprom(bus, found)
     check_limp(bus, ((found.servo_id, image.model, title_of(servo)),))
     plan = ServoPlan(servo, image, changes_of(image, wanted_settings(arm, servo, image)))
@@ -160,10 +164,12 @@ def plan_arm(
 ) -> tuple[ServoPlan, ...]:
     """Plan the servos of an arm that is on one bus, with IDs as described. Nothing is written.
 
+    Each is looked for at the bus's rate, then at its described one: a set-up that was cut short
+    leaves an arm with both.
+
     Parameters
     ----------
     bus : Bus
-        At the baud rate that they have now.
     arm : ArmDescription
     servos : sequence of ServoDescription, optional
         Only these.
@@ -181,22 +187,32 @@ def plan_arm(
         As `plan_servo`.
     """
     chosen = tuple(arm.servo if servos is None else servos)
-    found: dict[int, FoundServo] = {}
-    for servo in chosen:
-        bus.protocols[servo.id] = servo.protocol
-        try:
-            number, firmware = bus.ping(servo.id)
-        except BusTimeoutError:
-            continue
-        found[servo.id] = FoundServo(bus.baudrate, servo.protocol, servo.id, number, firmware)
+    found = _find_described(bus, chosen)
     missing = [servo for servo in chosen if servo.id not in found]
     if missing:
         named = ", ".join(f"{servo.id} ({servo.joint})" for servo in missing)
+        rates = " or ".join(map(str, dict.fromkeys((bus.baudrate, *(s.baud for s in missing)))))
         raise ServoMissingError(
-            f"no answer from servo {named} of {arm.name} on {bus.port_name} at {bus.baudrate} baud:"
+            f"no answer from servo {named} of {arm.name} on {bus.port_name} at {rates} baud:"
             " armsyn scan shows who answers; armsyn setup --servo ID sets up one at a time",
             tuple(servo.id for servo in missing),
         )
     for servo in chosen:
         _check_model(bus, servo, found[servo.id])
     return tuple(plan_servo(bus, arm, servo, found[servo.id]) for servo in chosen)
+
+
+def _find_described(bus: Bus, servos: Sequence[ServoDescription]) -> dict[int, FoundServo]:
+    """Servos that answer under their ID, at the bus's present rate or the described one."""
+    found: dict[int, FoundServo] = {}
+    with restored_baud(bus):
+        for baud in dict.fromkeys((bus.baudrate, *(servo.baud for servo in servos))):
+            bus.setBaudRate(baud)
+            for servo in servos:
+                if servo.id in found:
+                    continue
+                bus.protocols[servo.id] = servo.protocol
+                with contextlib.suppress(BusTimeoutError):
+                    number, firmware = bus.ping(servo.id)
+                    found[servo.id] = FoundServo(baud, servo.protocol, servo.id, number, firmware)
+    return found

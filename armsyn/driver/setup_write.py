@@ -97,7 +97,7 @@ def write_changes(
     Parameters
     ----------
     bus : Bus
-        At the servo's baud rate; afterwards at its new one.
+        Afterwards at the servo's new baud rate.
     image : EepromImage
         As found.
     changes : tuple of Change
@@ -123,6 +123,7 @@ def write_changes(
     place, done = image.found, 0
     with uninterrupted():
         try:
+            bus.setBaudRate(place.baud)
             check_limp(bus, ((place.servo_id, image.model, title),))
             for change in place_last(changes):
                 place = _write(bus, image, place, change, title)

@@ -266,6 +266,35 @@ def test_an_arm_together_gets_only_what_differs(tmp_path: Path, widowx: ArmDescr
     assert not any(plan.changes for plan in plan_arm(bus, widowx))
 
 
+def test_an_arm_with_two_baud_rates_is_set_up_together(
+    tmp_path: Path, widowx: ArmDescription
+) -> None:
+    bus = arm_bench(tmp_path, widowx.servo)
+    for servo in bus.port.bus.servos[2:5]:
+        servo.memory.store("Baud Rate", 1)
+        servo.take_identity()
+    bus.setBaudRate(57_600)
+    plans = plan_arm(bus, widowx)
+    rates = [plan.image.found.baud for plan in plans]
+    assert rates == [57_600 if n in (2, 3, 4) else 1_000_000 for n in range(len(plans))]
+    assert {p.servo.id: names(p) for p in plans if p.changes} == {
+        servo.id: ["Baud Rate"] for servo in widowx.servo[2:5]
+    }
+    for plan in plans:
+        carried_out(bus, plan)
+    assert not any(plan.changes for plan in plan_arm(bus, widowx))
+
+
+def test_who_is_missing_is_said_with_the_rates_tried(
+    tmp_path: Path, widowx: ArmDescription
+) -> None:
+    bus = arm_bench(tmp_path, widowx.servo)
+    bus.port.simulation.inject("missing-servo:id=3")
+    bus.setBaudRate(57_600)
+    with pytest.raises(ServoMissingError, match=r"servo 3 .* at 57600 or 1000000 baud"):
+        plan_arm(bus, widowx)
+
+
 def test_an_arm_together_must_be_whole(tmp_path: Path, widowx: ArmDescription) -> None:
     bus = arm_bench(tmp_path, widowx.servo)
     for servo_id in (3, 9):
