@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,6 +72,7 @@ def learn(**options: Any) -> None:
     so far. The result is the same for any number of workers.
     """
     from armsyn.arm import find_file, load_arm
+    from armsyn.cli.long_work import StageBars, write_run
     from armsyn.errors import InputError
     from armsyn.motion.captures import load_captures
     from armsyn.synergy.learning import learn as learn_synergies
@@ -86,10 +86,10 @@ def learn(**options: Any) -> None:
     _check_writable(out)
     chosen = _learning_options(options, has_servos=bool(arm.servo))
     captures = load_captures(options["selection"])
-    with _Progress() as progress:
+    with StageBars() as progress:
         library = learn_synergies(arm, options["selection"], captures, chosen, progress.update)
     save_library(out, library)
-    _write_run(out)
+    write_run(out)
     _report(library, out, as_json=options["as_json"])
 
 
@@ -128,64 +128,6 @@ def _check_writable(out: Path) -> None:
         raise InputError(
             f"{out}: the folder {out.parent} cannot be written: {error.strerror or error}"
         ) from error
-
-
-class _Progress(AbstractContextManager["_Progress"]):
-    """A bar for each optimiser and model and for judging, on standard error."""
-
-    def __init__(self) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-        self._bars = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.completed}/{task.total}"),
-            TextColumn("{task.fields[said]}"),
-            TimeElapsedColumn(),
-            console=Console(stderr=True),
-        )
-        self._tasks: dict[str, Any] = {}
-
-    def __enter__(self) -> _Progress:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._tasks:
-            self._bars.stop()
-
-    def update(self, name: str, done: int, total: int, said: str) -> None:
-        if not self._tasks:  # nothing is shown where input is refused
-            self._bars.start()
-        if name not in self._tasks:
-            for earlier in self._tasks.values():
-                self._bars.update(earlier, total=self._bars.tasks[earlier].completed)
-                self._bars.stop_task(earlier)
-            self._tasks[name] = self._bars.add_task(name, total=total, said="")
-        self._bars.update(self._tasks[name], completed=done, said=said)
-
-
-def _write_run(out: Path) -> None:
-    """Command line, host and time, kept apart so that the result is the same bytes anywhere."""
-    import datetime
-    import json
-    import platform
-    import sys
-
-    import armsyn
-    from armsyn.motion.formats.files import replacing
-
-    run = {
-        "schema": "armsyn-run-1",
-        "command": ["armsyn", *sys.argv[1:]],
-        "version": armsyn.__version__,
-        "python": platform.python_version(),
-        "machine": platform.machine(),
-        "time": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-    }
-    path = out.with_name(f"{out.name.removesuffix('.json')}.run.json")
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
 
 
 def _report(library: SynergyLibrary, out: Path, *, as_json: bool) -> None:

@@ -15,13 +15,13 @@ ONE = "hug_mp:S01:1.1.1:R-1"
 TINY = ("--population", "4", "--generations", "3")
 
 LEARNING = """
-from armsyn.cli.learn import _Progress
-update = _Progress.update
+from armsyn.cli.long_work import StageBars
+update = StageBars.update
 def told(self, name, done, total, said):
     update(self, name, done, total, said)
     if name == "S_C svd" and done == 3:
         print("learning", flush=True)
-_Progress.update = told
+StageBars.update = told
 """
 
 
