@@ -257,7 +257,7 @@ def _heed(pipe: Connection, stops: _Told) -> None:
             pipe.recv()
             stops.request()
     except (EOFError, OSError):
-        stops.alone = True
+        stops.alone, stops.park = True, False
         stops.request()
 
 

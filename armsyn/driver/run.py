@@ -250,7 +250,7 @@ class ArmRun:
             outcome = streamer.follow(Path(self.park, start=streamer.commanded))
             ending = Ending.PARKED
         if outcome is Outcome.STOPPED:
-            way = self._way_to_rest(streamer.commanded)
+            way = self._way_to_rest(streamer.commanded) if self.stops.park else None
             if way is None:
                 return Ending.STOPPED_HOLDING
             streamer.note("moving to the rest posture")

@@ -23,9 +23,9 @@ _Handler = Callable[[int, FrameType | None], Any] | int | None
 class StopRequests:
     """Counts requests to stop, until they are met.
 
-    While it is entered signals count too. They are taken over in the main thread only (Python
-    delivers them nowhere else) and given back on leaving; a program that streams from another
-    thread calls `request`, at any time.
+    While it is entered signals count too; it may be entered again meanwhile. They are taken over in
+    the main thread only (Python delivers them nowhere else) and given back on leaving; a program
+    that streams from another thread calls `request`, at any time.
 
     A stream that is stuck, because a function that it called does not return, heeds no requests.
     The second signal then breaks into that function with an ArmFaultError.
@@ -34,12 +34,15 @@ class StopRequests:
     ----------
     count : int
         Requests not yet met. 1: come to a stop and see to the arm. 2 or more: hold at once.
+    park : bool
+        Whether a stopped arm may go to its rest posture; without it, it holds where it stands.
     """
 
     def __init__(self) -> None:
         self.count = 0
+        self.park = True
         self._last_beat: float | None = None
-        self._previous: dict[signal.Signals, _Handler] = {}
+        self._previous: list[dict[signal.Signals, _Handler]] = []
 
     def request(self) -> None:
         """Ask to stop, as a signal does."""
@@ -53,16 +56,20 @@ class StopRequests:
         """Say that the stream goes on."""
         self._last_beat = time.monotonic()
 
+    def rest(self) -> None:
+        """Say that the stream is over: what comes now may take its time."""
+        self._last_beat = None
+
     def __enter__(self) -> Self:
-        if threading.current_thread() is threading.main_thread():
-            for number in SIGNALS:
-                self._previous[number] = signal.signal(number, self._on_signal)
+        if _in_main_thread():
+            self._previous.append({n: signal.signal(n, self._on_signal) for n in SIGNALS})
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._last_beat = None
-        while self._previous:
-            number, handler = self._previous.popitem()
+        self.rest()
+        if not _in_main_thread():
+            return
+        for number, handler in self._previous.pop().items():
             # None: the handler was not set by Python; its default is the best that is known
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
@@ -76,3 +83,7 @@ class StopRequests:
                 f"asked to stop while the program had not come back to the stream for"
                 f" {silence:.1f} s: a function called at each tick is stuck"
             )
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()

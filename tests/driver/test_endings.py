@@ -108,6 +108,15 @@ def test_first_request_decelerates_and_parks(stepped: SteppedArm) -> None:
     assert (np.abs(np.diff(speed, axis=0) * 200.0).max(axis=0) <= 1.1 * limit).all()
 
 
+def test_a_request_without_parking_holds_where_the_arm_stands(stepped: SteppedArm) -> None:
+    session = stepped.session()
+    session.stops.park = False
+    stepped.at(0.3, session.stops.request)
+    assert session.run(stepped.way(0.6)).ending is Ending.STOPPED_HOLDING
+    assert stepped.positions()[0] - stepped.description.rest[0] > 0.1
+    assert stepped.torque() == [1] * 7
+
+
 @pytest.mark.fault(41)
 def test_first_request_far_from_rest_holds(human7: ArmDescription) -> None:
     slow = replace(human7, joint=tuple(replace(j, max_velocity=0.4) for j in human7.joint))

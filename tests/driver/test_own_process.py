@@ -34,7 +34,7 @@ from tests.driver.test_own_process import children, slow_job
 from armsyn.driver.process import run_in_process
 
 def on_tick(path_time, _duration):
-    if path_time > 0.3:
+    if path_time > 1.5:  # well off the rest posture
         print(*children(), flush=True)
 
 run_in_process(slow_job(sys.argv[1]), on_tick=on_tick)
@@ -139,7 +139,9 @@ def test_no_motion_goes_on_after_one_that_was_refused(port: str, human7: ArmDesc
 
 
 @pytest.mark.fault(26)
-def test_a_caller_that_is_killed_leaves_an_arm_that_holds_and_no_orphan(port: str) -> None:
+def test_a_caller_that_is_killed_leaves_an_arm_that_holds_and_no_orphan(
+    port: str, human7: ArmDescription
+) -> None:
     caller = subprocess.Popen(
         [sys.executable, "-c", CALLER, port], stdout=subprocess.PIPE, text=True
     )
@@ -156,6 +158,8 @@ def test_a_caller_that_is_killed_leaves_an_arm_that_holds_and_no_orphan(port: st
     assert registers(port, reg.TORQUE_ENABLE) == [1] * 7
     assert registers(port, reg.BUS_WATCHDOG) == [0] * 7  # stopped as on any request
     assert max(map(abs, registers(port, reg.PRESENT_VELOCITY))) <= 1
+    angles = human7.calibration.to_radians(registers(port, reg.PRESENT_POSITION))
+    assert angles[3] - human7.rest[3] > 0.15  # where it stood, and not back at rest
 
 
 def _runs(process: int) -> bool:

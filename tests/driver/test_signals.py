@@ -27,6 +27,16 @@ def test_signals_are_counted_and_given_back(number: signal.Signals) -> None:
     assert signal.getsignal(number) == before
 
 
+def test_requests_that_are_taken_over_twice_are_given_back_to_who_had_them() -> None:
+    before = [signal.getsignal(number) for number in SIGNALS]
+    with StopRequests() as stops:
+        with stops:
+            os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)  # the inner one leaves the outer one's
+        assert stops.count == 2
+    assert [signal.getsignal(number) for number in SIGNALS] == before
+
+
 def test_requests_are_kept_until_they_are_met() -> None:
     stops = StopRequests()
     stops.request()
