@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Collection
 from dataclasses import dataclass
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ from armsyn.driver.blocks import (
 )
 from armsyn.driver.parser import StatusPacket
 from armsyn.driver.plans import ReadPlan, exchange_duration
-from armsyn.driver.registers import Register
+from armsyn.driver.registers import Register, X
 from armsyn.driver.requests import codec
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.timing import Cycle
@@ -48,6 +49,7 @@ _LOSS_MEMORY = 0.99
 
 _PACKING = {(2, False): "H", (2, True): "h", (4, False): "I", (4, True): "i"}
 _UNKNOWN = np.array(np.nan)
+_X_STATE = STATE_BLOCKS[X]
 
 
 class JointState(NamedTuple):
@@ -85,17 +87,15 @@ class _Goals:
 
     protocol: int
     register: Register
-    rows: IntArray
+    rows: tuple[int, ...]
     ids: tuple[int, ...]
     packing: struct.Struct
-    lowest: int
-    highest: int
 
-    def packet(self, ticks: IntArray) -> bytes:
-        within = np.minimum(np.maximum(ticks[self.rows], self.lowest), self.highest)
-        data = self.packing.pack(*within.tolist())
+    def packet(self, ticks: list[int]) -> bytes:
+        shares = zip(self.ids, (ticks[row] for row in self.rows), strict=True)
+        data = self.packing.pack(*chain.from_iterable(shares))
         at, size = self.register.address, self.register.size
-        packet: bytes = codec(self.protocol).sync_write(at, size, self.ids, data)
+        packet: bytes = codec(self.protocol).sync_write_shares(at, size, data)
         return packet
 
 
@@ -155,9 +155,12 @@ class JointGroup:
         direction = self.calibration.direction.astype(np.float64)
         self._zero = self.calibration.zero_tick.astype(np.float64)
         self._position_unit = direction * self.calibration.radians_per_tick
-        self._velocity_unit = direction * np.array([model.velocity_unit for model in models])
-        units = [np.nan if model.current_unit is None else model.current_unit for model in models]
-        self._current_unit = direction * np.array(units)
+        velocity_units = [model.velocity_unit for model in models]
+        current_units = [model.current_unit or np.nan for model in models]
+        still = np.zeros(len(models))
+        self._offset = np.array([still, still, self._zero])
+        self._unit = direction * np.array([current_units, velocity_units, still])
+        self._unit[2] = self._position_unit
         self._rows = {identifier: row for row, identifier in enumerate(self.group.ids)}
         self._pairs = _pairs_of(arm)
         blocks = [STATE_BLOCKS[model.layout] for model in models]
@@ -166,6 +169,8 @@ class JointGroup:
         self._plans = state_plans(self._present)
         self._losses = 0.0
         self._goals = _goals_of(self._leaders)
+        self._lowest, self._highest = _goal_range(self._leaders)
+        self._whole_state = _whole_state(blocks)
         self._polls = self._make_polls(missing)
         self._first_polls = {poll.row: poll for poll in reversed(self._polls)}
         self._make_arrays()
@@ -174,12 +179,12 @@ class JointGroup:
         n, servos = len(self.ids), len(self.group.ids)
         self.temperature = np.full(servos, np.nan)
         self.voltage = np.full(servos, np.nan)
-        self._last: list[tuple[float, ...]] = [(0, 0, 0)] * n
-        self._raw = np.zeros((n, 3))
+        # rows: current, velocity, position; columns: joints
+        self._raw, self._measured = np.zeros((2, 3, n))
         self._state = JointState(
-            position=np.zeros(n),
-            velocity=np.zeros(n),
-            current=np.zeros(n),
+            position=self._measured[2],
+            velocity=self._measured[1],
+            current=self._measured[0],
             fresh=np.zeros(n, dtype=np.bool_),
             alert=np.zeros(n, dtype=np.bool_),
             temperature=np.full(n, np.nan),
@@ -210,7 +215,7 @@ class JointGroup:
         leader = self._rows[shadow.shadow_of]
 
         def decode(row: int, reply: StatusPacket) -> Health:
-            apart = int(state.decode(reply.parameters)[2] - self._raw[leader, 2])
+            apart = int(state.decode(reply.parameters)[2] - self._raw[2, leader])
             return Health(row, apart=apart if self._state.fresh[leader] else None)
 
         return HealthBlock(state.name, state.address, state.size, decode)
@@ -227,8 +232,7 @@ class JointGroup:
 
     def start_at(self, ticks: list[int]) -> None:
         """Take `ticks` as the last known positions until the servos answer."""
-        self._last = [(0, 0, tick) for tick in ticks]
-        self._raw[:] = self._last
+        self._raw[:2], self._raw[2] = 0.0, ticks
         self._convert()
 
     def goals_packet(self, command: FloatArray) -> bytes:
@@ -236,8 +240,9 @@ class JointGroup:
 
         A goal that its register cannot hold becomes the nearest that it can.
         """
-        ticks = self.calibration.to_ticks(command)
-        return b"".join(goals.packet(ticks) for goals in self._goals)
+        wanted = np.rint(self._zero + command / self._position_unit)
+        ticks = np.minimum(np.maximum(wanted, self._lowest), self._highest).astype(int).tolist()
+        return b"".join([goals.packet(ticks) for goals in self._goals])
 
     def send(self, command: FloatArray) -> None:
         """Write goals, shape (n,), rad; PortLostError when the port went away."""
@@ -268,7 +273,9 @@ class JointGroup:
         return self._take(self.bus.exchange(b"", self._plans, self.margin))
 
     def _take(self, replies: dict[int, StatusPacket]) -> JointState:
-        state, last, alert = self._state, self._last, [False] * len(self.ids)
+        if len(replies) == len(self.ids) and self._take_whole(replies):
+            return self._state
+        state, alert = self._state, [False] * len(self.ids)
         fresh = alert.copy()
         for row, (identifier, size, decode) in enumerate(self._decoding):
             reply = replies.get(identifier)
@@ -278,14 +285,27 @@ class JointGroup:
             if len(reply.parameters) == size:
                 fresh[row] = True
                 decoded = decode(reply.parameters)
-                last[row] = decoded[:3]
+                self._raw[:, row] = decoded[:3]
                 if len(decoded) > 3:  # voltage and temperature, too
                     self._keep(row, *decoded[3:])
-        self._raw[:] = last
         state.fresh[:], state.alert[:] = fresh, alert
         self._convert()
         self._count_losses(complete=sum(fresh) == len(self._present.ids))
         return state
+
+    def _take_whole(self, replies: dict[int, StatusPacket]) -> bool:
+        """Decode in one go what nearly every cycle brings; returns whether it was that."""
+        packets = [replies[i] for i in self.ids]
+        data = [packet.parameters for packet in packets]
+        whole = self._whole_state
+        if whole is None or any(len(parameters) != _X_STATE.size for parameters in data):
+            return False
+        values = whole.unpack(b"".join(data))
+        self._raw[:] = values[0::3], values[1::3], values[2::3]
+        self._state.fresh[:], self._state.alert[:] = True, [packet.alert for packet in packets]
+        self._convert()
+        self._count_losses(complete=True)
+        return True
 
     def _count_losses(self, *, complete: bool) -> None:
         """Do without fast reads when too many of them are cut short."""
@@ -294,10 +314,8 @@ class JointGroup:
             self._plans = state_plans(self._present, fast=False)
 
     def _convert(self) -> None:
-        state, raw = self._state, self._raw
-        np.multiply(raw[:, 2] - self._zero, self._position_unit, out=state.position)
-        np.multiply(raw[:, 1], self._velocity_unit, out=state.velocity)
-        np.multiply(raw[:, 0], self._current_unit, out=state.current)
+        np.subtract(self._raw, self._offset, out=self._measured)
+        np.multiply(self._measured, self._unit, out=self._measured)
 
     def read_health(self, row: int) -> Health | None:
         """Torque and hardware error of one servo; None when it did not answer."""
@@ -366,17 +384,24 @@ def _goals_of(leaders: ServoGroup) -> tuple[_Goals, ...]:
         groups.setdefault((servo.protocol, register), []).append(row)
     found = []
     for (protocol, register), rows in groups.items():
-        signed = register.coding == "signed"
-        values = 1 << 8 * register.size
-        found.append(
-            _Goals(
-                protocol,
-                register,
-                np.array(rows),
-                tuple(leaders.ids[row] for row in rows),
-                struct.Struct("<" + _PACKING[register.size, signed] * len(rows)),
-                -values // 2 if signed else 0,
-                values // 2 - 1 if signed else values - 1,
-            )
-        )
+        share = "B" + _PACKING[register.size, register.coding == "signed"]
+        ids = tuple(leaders.ids[row] for row in rows)
+        packing = struct.Struct("<" + share * len(rows))
+        found.append(_Goals(protocol, register, tuple(rows), ids, packing))
     return tuple(found)
+
+
+def _goal_range(leaders: ServoGroup) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest goals that the registers can hold, ticks."""
+    registers = [leaders.models[i].layout["Goal Position"] for i in leaders.ids]
+    values = np.array([float(1 << 8 * register.size) for register in registers])
+    signed = np.array([register.coding == "signed" for register in registers])
+    lowest = np.where(signed, -values / 2, 0.0)
+    return lowest, lowest + values - 1.0
+
+
+def _whole_state(blocks: list[StateBlock]) -> struct.Struct | None:
+    """How the states of all joints are decoded at once, where they are all of the X layout."""
+    if any(block is not _X_STATE for block in blocks):
+        return None
+    return struct.Struct("<" + "hii" * len(blocks))

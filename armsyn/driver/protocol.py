@@ -146,11 +146,14 @@ def sync_write(address: int, size: int, identifiers: Sequence[int], data: bytes)
     """
     if len(data) != size * len(identifiers):
         raise ValueError(f"{len(data)} bytes are not {size} for each of {len(identifiers)} servos")
-    parameters = bytearray(_words(address, size))
-    for index, identifier in enumerate(identifiers):
-        parameters.append(identifier)
-        parameters += data[index * size : (index + 1) * size]
-    return packet(BROADCAST_ID, SYNC_WRITE, bytes(parameters))
+    starts = range(0, len(data), size)
+    shares = (bytes((i,)) + data[at : at + size] for i, at in zip(identifiers, starts, strict=True))
+    return sync_write_shares(address, size, b"".join(shares))
+
+
+def sync_write_shares(address: int, size: int, shares: bytes) -> bytes:
+    """Write at several servos as `sync_write`; `shares` has each one's ID, then its bytes."""
+    return packet(BROADCAST_ID, SYNC_WRITE, _words(address, size) + shares)
 
 
 def _words(*values: int) -> bytes:
