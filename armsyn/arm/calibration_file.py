@@ -2,8 +2,9 @@
 
 A description says what all arms of a kind share; two of them differ in how the horns were screwed
 on. `armsyn.arm.load_arm` lays the file over the description: zero, direction and, where the joint
-was moved to its ends by hand, its range. A **simulated** arm is started from the description
-alone, with the description's zeros: load it with ``calibrated=False``.
+was moved to its ends by hand, its range; of a gripper, its open and closed. A **simulated** arm is
+started from the description alone, with the description's zeros: load it with
+``calibrated=False``.
 
 Several arms of one kind on one machine are told apart by a name: ``koch-left.calibration.json``.
 """
@@ -20,7 +21,7 @@ import msgspec
 
 from armsyn.arm.calibration import RADIANS_PER_TICK, radians_per_tick
 from armsyn.arm.search import HERE, search_path, user_folder
-from armsyn.arm.servos import ServoDescription, ServoId, Tick
+from armsyn.arm.servos import GripperDescription, ServoDescription, ServoId, Tick
 from armsyn.errors import DescriptionError, InputError
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class ServoCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Sign between ticks and the joint's angle.
     range_ticks : 2-tuple of int, or None
         Least and greatest position that the joint was moved to by hand, counted on across the
-        end of the encoder's turn; None where it was not.
+        end of the encoder's turn; None where it was not. A gripper's are closed and open.
     homing_offset, drive_mode, operating_mode : int
         Registers as found, in the X series' numbers; 0 for an offset or a drive mode that the
         servo does not have.
@@ -208,7 +209,8 @@ def with_calibration(arm: ArmDescription, calibration: ArmCalibration) -> ArmDes
 
     Zeros and directions are the calibration's. A joint's limits stay within those described,
     keep `RANGE_MARGIN` from the ends that it was moved to by hand, and in position mode also end
-    where the encoder's turn does, which a servo cannot cross.
+    where the encoder's turn does, which a servo cannot cross. A gripper is closed and open at the
+    ends that it was moved to by hand, with the described widths there.
 
     Parameters
     ----------
@@ -237,7 +239,10 @@ def with_calibration(arm: ArmDescription, calibration: ArmCalibration) -> ArmDes
             low, high = _reach(servo, joint.rest)
             lower, upper = max(lower, low), min(upper, high)
         joints.append(msgspec.structs.replace(joint, lower=lower, upper=upper))
-    return msgspec.structs.replace(arm, servo=servos, joint=tuple(joints))
+    gripper, leader = arm.gripper, arm.gripper_servo
+    if gripper is not None and leader is not None:
+        gripper = _gripper(gripper, found[leader.id])
+    return msgspec.structs.replace(arm, servo=servos, joint=tuple(joints), gripper=gripper)
 
 
 def _check_belongs(arm: ArmDescription, calibration: ArmCalibration) -> None:
@@ -276,12 +281,7 @@ def _reach(servo: ServoCalibration, rest: float) -> tuple[float, float]:
     """Angles between which a servo can be sent, rad."""
     low, high = -math.inf, math.inf
     if servo.range_ticks is not None:
-        ends = sorted(angle_of(servo, tick) for tick in servo.range_ticks)
-        if not ends[0] - REST_TOLERANCE <= rest <= ends[1] + REST_TOLERANCE:
-            raise InputError(
-                f"servo {servo.id} ({servo.joint}): the rest posture, {rest:.3f} rad, is beyond the"
-                f" ends it was moved to, {ends[0]:.3f} and {ends[1]:.3f} rad: calibrate again"
-            )
+        ends = _ends(servo, servo.range_ticks, rest)
         low, high = min(ends[0] + RANGE_MARGIN, rest), max(ends[1] - RANGE_MARGIN, rest)
     if servo.operating_mode == _POSITION_MODE:
         # positions go to 0 and 4095, and the encoder's turn ends a homing offset away from there
@@ -293,6 +293,28 @@ def _reach(servo: ServoCalibration, rest: float) -> tuple[float, float]:
         raise InputError(
             f"servo {servo.id} ({servo.joint}): its encoder's turn ends between zero and rest"
             f" (zero is tick {servo.zero_tick}): screw the horn on in another position"
+        )
+    return low, high
+
+
+def _gripper(gripper: GripperDescription, servo: ServoCalibration) -> GripperDescription:
+    """Take the ends that it was moved to by hand as closed and open."""
+    if servo.range_ticks is None:
+        return gripper
+    rest = gripper.rest_angle
+    ends = _ends(servo, servo.range_ticks, rest)
+    low, high = min(ends[0], rest), max(ends[1], rest)
+    opened, closed = (high, low) if gripper.open > gripper.closed else (low, high)
+    return msgspec.structs.replace(gripper, open=opened, closed=closed, rest=rest)
+
+
+def _ends(servo: ServoCalibration, ticks: tuple[int, int], rest: float) -> tuple[float, float]:
+    """Angles that a servo was moved to by hand, rad; rest must be within them."""
+    low, high = sorted(angle_of(servo, tick) for tick in ticks)
+    if not low - REST_TOLERANCE <= rest <= high + REST_TOLERANCE:
+        raise InputError(
+            f"servo {servo.id} ({servo.joint}): the rest posture, {rest:.3f} rad, is beyond the"
+            f" ends it was moved to, {low:.3f} and {high:.3f} rad: calibrate again"
         )
     return low, high
 

@@ -89,14 +89,18 @@ class Dialogue:
                 break
             ask = f"{joint} has hardly moved; move it by 20 degrees or more so that {way}"
         self._warn_of_direction(joint)
-        ask = f"{joint}: move it to one end and to the other"
+        gripper = calibrator.arm.gripper
+        ends = "one end and to the other"
+        if gripper is not None and joint == gripper.name:
+            ends = "where it is closed and to where it is wide open: armsyn grip keeps to that"
+        ask = f"{joint}: move it to {ends}"
         calibrator.follower.forget_range()
         while True:
             self._person.watch(ask, lambda: self._one(joint))
             calibrator.follower.look()
             if calibrator.mark_range(joint) >= LEAST_MOVE:
                 return
-            ask = f"{joint} has hardly moved; move it to one end and to the other"
+            ask = f"{joint} has hardly moved; move it to {ends}"
 
     def _warn_of_direction(self, joint: str) -> None:
         leader = self.calibrator.servos_of(joint)[0]

@@ -21,6 +21,9 @@ def show(arm: ArmDescription, calibration: ArmCalibration) -> None:
     )
     described = {servo.id: servo for servo in arm.servo}
     limits = {joint.name: (joint.lower, joint.upper) for joint in arm.joint}
+    if arm.gripper is not None:
+        first, second = sorted((arm.gripper.closed, arm.gripper.open))
+        limits[arm.gripper.name] = first, second
     for servo in calibration.servo:
         table.add_row(*_row(servo, described[servo.id], limits.get(servo.joint)))
     Console(stderr=True).print(table)

@@ -179,6 +179,43 @@ def test_a_range_without_the_rest_posture_is_refused(omx: ArmDescription) -> Non
         with_calibration(omx, changed(calibration_of(omx), 1, range_ticks=(2100, 2500)))
 
 
+@pytest.mark.parametrize(
+    ("name", "direction"), [("koch", 1), ("koch", -1), ("openmanipulator_x", 1)]
+)
+def test_a_gripper_is_closed_and_open_at_the_ends_found_by_hand(name: str, direction: int) -> None:
+    described = load_arm(name, calibrated=False)
+    row = len(described.servo) - 1
+    ends = {"range_ticks": (2048 - 700, 2048 + 400), "zero_tick": 2048, "direction": direction}
+    gripper = with_calibration(described, changed(calibration_of(described), row, **ends)).gripper
+    assert gripper is not None
+    assert described.gripper is not None
+    angles = sorted(direction * ticks * TICK for ticks in (-700, 400))
+    opens_up = described.gripper.open > described.gripper.closed
+    closed, opened = angles if opens_up else reversed(angles)
+    assert (gripper.closed, gripper.open) == pytest.approx((closed, opened))
+    assert gripper.width_open == described.gripper.width_open
+    assert gripper.rest_angle == described.gripper.rest_angle
+
+
+def test_a_gripper_that_rests_open_keeps_its_rest(omx: ArmDescription) -> None:
+    assert omx.gripper is not None
+    open_at_rest = msgspec.structs.replace(omx.gripper, rest=None)
+    arm = msgspec.structs.replace(omx, gripper=open_at_rest)
+    rest = open_at_rest.open / TICK
+    calibration = changed(
+        calibration_of(omx), -1, zero_tick=2048, range_ticks=(round(2048 + rest) - 40, 2400)
+    )
+    gripper = with_calibration(arm, calibration).gripper
+    assert gripper is not None
+    assert gripper.rest == open_at_rest.open
+    assert gripper.open == pytest.approx(open_at_rest.open - 40 * TICK, abs=TICK)
+
+
+def test_a_gripper_range_without_its_rest_is_refused(omx: ArmDescription) -> None:
+    with pytest.raises(InputError, match=r"gripper.*calibrate again"):
+        with_calibration(omx, changed(calibration_of(omx), -1, range_ticks=(2400, 2600)))
+
+
 def test_both_servos_of_a_dual_joint_count() -> None:
     arm = load_arm("widowx_250s", calibrated=False)
     rows = {servo.id: row for row, servo in enumerate(arm.servo)}
