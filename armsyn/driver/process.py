@@ -25,7 +25,7 @@ from armsyn.driver.recording import Ending, Recording
 from armsyn.driver.session import ArmSession
 from armsyn.driver.signals import SIGNALS, StopRequests
 from armsyn.driver.stream import OnTick
-from armsyn.errors import ArmFaultError, ArmsynError
+from armsyn.errors import ArmFaultError, ArmsynError, StopRequestedError
 from armsyn.motion import Motion
 
 LISTENING = 0.05
@@ -222,14 +222,25 @@ def _run(
         accept_no_watchdog=job.accept_no_watchdog,
     ) as session:
         session.stops, session.gravity, session.realtime = stops, job.gravity, job.realtime
-        for motion, park in job.motions:
+        for number, (motion, park) in enumerate(job.motions, 1):
             try:
                 session.run(motion, park, on_tick)
+            except StopRequestedError as error:
+                if recordings:
+                    raise _stopped_between(number, len(job.motions)) from error
+                raise
             finally:
                 if session.recording is not None:
                     recordings.append(session.recording)
             if recordings[-1].ending is not Ending.COMPLETED:
                 return
+
+
+def _stopped_between(number: int, motions: int) -> StopRequestedError:
+    return StopRequestedError(
+        f"asked to stop before motion {number} of {motions} began: the arm has moved and holds"
+        f" where motion {number - 1} ended; armsyn park takes it to rest"
+    )
 
 
 class _Told(StopRequests):

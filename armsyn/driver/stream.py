@@ -181,6 +181,12 @@ class Streamer:
         PortLostError
             The port went away.
         """
+        try:
+            return self._stream(course, may_stop=may_stop)
+        finally:
+            self.stops.rest()
+
+    def _stream(self, course: Course, *, may_stop: bool) -> Outcome:
         self.watch.settled_ticks = 0
         self._next = max(self._next, self.clock.now())
         settling, calm = 0.0, 0

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from armsyn.driver import Ending, power, run, session
+from armsyn.driver import Ending, power, process, run, session
 from armsyn.driver.collector import collector_frozen
 from armsyn.driver.path import straight_way
 from armsyn.driver.signals import SIGNALS, STUCK_AFTER, StopRequests
@@ -163,3 +163,44 @@ def test_two_signals_break_into_nothing_while_the_stream_goes_on() -> None:
         os.kill(os.getpid(), signal.SIGINT)
         os.kill(os.getpid(), signal.SIGINT)
         assert stops.count == 2
+
+
+def test_two_signals_after_the_stream_are_not_a_stuck_function(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = stepped.session()
+    disarm = power.disarm_watchdog
+
+    def interrupted(*arguments: object) -> None:
+        time.sleep(1.5 * STUCK_AFTER)  # a slow bus
+        for _ in range(2):
+            os.kill(os.getpid(), signal.SIGINT)
+        disarm(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(power, "disarm_watchdog", interrupted)
+    assert opened.run(stepped.way(0.3)).ending is Ending.COMPLETED
+    assert opened.fault is None
+
+
+def test_a_stop_between_two_motions_says_that_the_arm_has_moved(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = stepped.session()
+    stops = StopRequests()
+    disarm = power.disarm_watchdog
+
+    def interrupted(*arguments: object) -> None:
+        stops.request()
+        disarm(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(power, "disarm_watchdog", interrupted)
+    monkeypatch.setattr(session.ArmSession, "open", lambda *_, **__: opened)
+    arm, out = stepped.description, stepped.way(0.3)
+    assert out.angles is not None
+    back = straight_way(out.angles[-1], arm.rest, arm, 200.0)
+    job = process.Job("stepped", arm, 200.0, ((out, None), (back, None)))
+    result = process.run_here(job, stops)
+    assert isinstance(result.error, StopRequestedError)
+    assert "before motion 2 of 2 began: the arm has moved and holds" in str(result.error)
+    assert "nothing has moved" not in str(result.error)
+    assert len(result.recordings) == 1
