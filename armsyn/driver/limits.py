@@ -9,6 +9,7 @@ import numpy as np
 
 from armsyn.arm import ArmDescription
 from armsyn.driver.facts import ServoFacts
+from armsyn.driver.models import servo_model
 from armsyn.driver.registers import LAST_TICK, POSITION_MODE, VOLTAGE_UNIT
 from armsyn.errors import LimitError
 from armsyn.motion import Motion
@@ -71,7 +72,10 @@ def _range(servo: ServoFacts) -> tuple[int, int, str]:
 
 
 def with_servo_limits(limits: CommandLimits, facts: Sequence[ServoFacts]) -> CommandLimits:
-    """Put the servos' own limits of temperature and voltage into a stream's limits.
+    """Put the servos' own limits of temperature, current and voltage into a stream's limits.
+
+    Their position modes do not keep their Current Limit (e-Manual, "Current Limit"): the stream
+    has to.
 
     Parameters
     ----------
@@ -82,12 +86,16 @@ def with_servo_limits(limits: CommandLimits, facts: Sequence[ServoFacts]) -> Com
     Returns
     -------
     CommandLimits
+        Currents stay unknown where a servo does not measure them, or has 0 as its limit.
     """
     joints = {name: [s for s in facts if s.joint == name] for name in limits.names}
     return replace(
         limits,
         max_temperature=np.array(
             [float(min(s.temperature_limit for s in joints[name])) for name in limits.names]
+        ),
+        max_current=np.array(
+            [np.fmin.reduce([_current_limit(s) for s in joints[name]]) for name in limits.names]
         ),
         min_voltage=np.array(
             [VOLTAGE_UNIT * max(s.minimum_voltage for s in joints[name]) for name in limits.names]
@@ -96,3 +104,9 @@ def with_servo_limits(limits: CommandLimits, facts: Sequence[ServoFacts]) -> Com
             [VOLTAGE_UNIT * min(s.maximum_voltage for s in joints[name]) for name in limits.names]
         ),
     )
+
+
+def _current_limit(servo: ServoFacts) -> float:
+    """Ampere that a servo may take; NaN where nobody knows."""
+    unit = servo_model(servo.servo.model, servo.servo.protocol).current_unit
+    return unit * servo.current_limit if unit and servo.current_limit else np.nan

@@ -127,7 +127,8 @@ class Streamer:
         self.measured = np.full(n, np.nan)
         self.sent = self.commanded if self.lead is None else self.commanded + self.lead.lead
         self._state: JointState | None = None
-        self._judged_by = TickState.at_rest(self.commanded)
+        # currents count from 0: a short peak at the first tick is no load yet
+        self._judged_by = TickState.at_rest(self.commanded)._replace(current=np.zeros(n))
         self._warm: set[str] = set()
         self.begin()
         self._health_every = max(1, round(HEALTH_INTERVAL / self.settings.period / self.link.polls))

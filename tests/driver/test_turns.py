@@ -10,7 +10,7 @@ from armsyn.driver.facts import read_facts
 from armsyn.driver.limits import check_position_limits, with_servo_limits
 from armsyn.driver.power import release_watchdogs
 from armsyn.driver.servos import ServoGroup
-from armsyn.errors import HardwareFaultError, LimitError, ServoMismatchError
+from armsyn.errors import HardwareFaultError, LimitError, ServoLoadError, ServoMismatchError
 from armsyn.safety import CommandLimits
 from tests.driver.stepped import SteppedArm
 
@@ -101,6 +101,41 @@ def test_limits_of_temperature_and_voltage_are_the_servos(stepped: SteppedArm) -
     assert limits.max_temperature.tolist() == [80, 61, 80, 80, 80, 80, 80]
     assert limits.min_voltage[2] == pytest.approx(11.0)
     assert np.isfinite(limits.max_voltage).all()
+
+
+@pytest.mark.fault(19)
+def test_currents_beyond_a_servos_own_limit_are_a_fault_when_they_last(
+    stepped: SteppedArm,
+) -> None:
+    """Position mode does not keep the Current Limit; 200 units of 2.69 mA are 0.54 A."""
+    stepped.by_id[ELBOW].memory.store("Current Limit", 200)
+    stepped.by_id[1].memory.store("Current Limit", 0)  # nobody has set it
+    peak = "push:torque=4,for=0.1,id=4"
+    stepped.at(0.3, lambda: stepped.port.simulation.inject(peak))
+    session = stepped.session()
+    recording = session.run(stepped.way(0.6, 0.3, -0.6, 0.9))
+    assert recording.ending is Ending.COMPLETED
+    assert np.abs(recording.current_a[:, 3]).max() > 1.0  # a short peak
+    again = "push:torque=4,id=4"
+    stepped.at(0.1, lambda: stepped.port.simulation.inject(again))
+    here, rest = session.read_posture(), stepped.description.rest
+    with pytest.raises(ServoLoadError, match=r"elbow_flexion: its servo takes 0\.5.* 0\.54 A"):
+        session.run(straight_way(here, rest, stepped.description, 200.0))
+
+
+def test_the_stricter_of_two_current_limits_counts() -> None:
+    arm = load_arm("viperx_300s")
+    stepped = SteppedArm(arm)
+    stepped.by_id[3].memory.store("Current Limit", 1000)  # a shadow
+    facts = read_facts(ServoGroup(stepped.bus, arm.servo))
+    limits = with_servo_limits(CommandLimits.of(arm, 0.005), facts)
+    assert limits.max_current[1] == pytest.approx(2.69)
+    assert limits.max_current[2] == pytest.approx(2047 * 2.69e-3)
+    koch = SteppedArm(load_arm("koch"))
+    facts = read_facts(ServoGroup(koch.bus, koch.description.servo))
+    limits = with_servo_limits(CommandLimits.of(koch.description, 0.005), facts)
+    assert np.isnan(limits.max_current[:2]).all()  # XL430 measure none
+    assert limits.max_current[2] == pytest.approx(1.75)
 
 
 @pytest.mark.fault(10)
