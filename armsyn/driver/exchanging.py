@@ -89,7 +89,7 @@ class ExchangeBus(BusPort):
     def send(self, packets: bytes) -> None:
         """Send packets that nobody answers; PortLostError when the port went away."""
         with self._lock:
-            self.serial_port.write(packets)
+            self._line.send(self.serial_port, packets)
 
     def exchange(
         self, before: bytes, reads: Iterable[ReadPlan], margin: float | None = None
@@ -123,7 +123,7 @@ class ExchangeBus(BusPort):
                     replies |= self._run(request, before, margin)
                     before = b""
             if before:
-                self.serial_port.write(before)
+                self._line.send(self.serial_port, before)
         return replies
 
     def _protocol(self, servo_id: int) -> int:

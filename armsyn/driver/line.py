@@ -18,6 +18,9 @@ LONGEST_DRAIN = 20e-3
 """Seconds, beyond the adapter's latency, after which draining ends even on a line that never
 falls silent."""
 
+_MOST_UNHEARD = 4096
+"""Bytes of what was sent without an answer whose echo is looked for; what a terminal keeps."""
+
 
 class Line:
     """What a bus knows of its line from one request to the next.
@@ -39,12 +42,19 @@ class Line:
         self._parser1 = StatusParser1(self.parser_counters)
         self._silent_since: float | None = None  # of a time-out: replies may still come late
         self._echoes = False
+        self._unheard = b""  # sent without waiting for an answer: its echo may still come
 
     def reset(self) -> None:
         """Forget what was under way."""
         self._parser.reset()
         self._parser1.reset()
         self._silent_since = None
+        self._unheard = b""
+
+    def send(self, port: SerialPort, packets: bytes) -> None:
+        """Send packets that nobody answers; PortLostError when the port went away."""
+        port.write(packets)
+        self._unheard = (self._unheard + packets)[-_MOST_UNHEARD:]
 
     def exchange(
         self,
@@ -78,8 +88,8 @@ class Line:
             The port went away.
         """
         self._clear(port)
-        sent = before + request.data
-        port.write(sent)
+        port.write(before + request.data)
+        sent, self._unheard = self._unheard + before + request.data, b""
         self.counters.transactions += 1
         expected = port.now() + duration()
         replies, data = self._expect(port, request, sent, expected)
@@ -137,8 +147,17 @@ class Line:
         """Leave nothing on the line that came before the request."""
         if self._silent_since is not None:
             self._drain(port, self._silent_since)
-        elif data := port.read_now():
+        elif data := self._without_echo(port.read_now()):
             self._overhear(data)
+
+    def _without_echo(self, data: bytes) -> bytes:
+        """Take out of what came the echo of what was sent without waiting for an answer."""
+        size = min(len(data), len(self._unheard))
+        if data[:size] != self._unheard[:size]:
+            return data
+        self._unheard = self._unheard[size:]
+        self.counters.echoed_bytes += size
+        return data[size:]
 
     def _drain(self, port: SerialPort, since: float) -> None:
         """Wait for late replies to be over, and throw them away."""
@@ -146,7 +165,7 @@ class Line:
         end = port.now() + LONGEST_DRAIN + self.latency
         until = since + quiet
         while data := port.read(min(end, until)):
-            self.counters.drained_bytes += len(data)
+            self.counters.drained_bytes += len(self._without_echo(data))
             until = port.now() + quiet
             if port.now() > end:
                 break
@@ -158,5 +177,6 @@ class Line:
         """Count what nobody asked for, and whether it is another master's."""
         self.counters.unsolicited_bytes += len(data)
         stranger = StatusParser()
+        stranger.own = self._unheard
         stranger.feed(data)
         self.parser_counters.foreign += stranger.counters.foreign

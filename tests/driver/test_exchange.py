@@ -222,6 +222,44 @@ def test_an_echo_is_stripped_every_time() -> None:
         bus.close()
 
 
+@pytest.mark.parametrize("at_once", [True, False])
+def test_the_echo_of_what_nobody_answers_is_no_stranger(at_once: bool) -> None:
+    """Whether it has come when the next request goes out, or comes before its reply."""
+    goal = protocol.sync_write(116, 4, [1], POSITION)
+
+    def script(request: bytes) -> bytes:
+        return request + (b"" if request == goal else status(1, POSITION))
+
+    with ScriptedPort(script) as scripted:
+        bus = Bus(scripted.path, BAUD, 0.5)
+        for _ in range(3):
+            bus.send(goal)
+            bus.exchange(goal, ())
+            while not at_once and bus.serial_port.waiting() < 2 * len(goal):
+                pass
+            assert bus.read(1, reg.PRESENT_POSITION) == 1234
+        assert bus.counters.echoed_bytes == sum(map(len, scripted.requests))
+        assert bus.counters.unsolicited_bytes == bus.foreign_traffic == 0
+        assert bus.counters.timeouts == 0
+        bus.close()
+
+
+def test_a_broken_echo_of_what_nobody_answers_is_no_stranger() -> None:
+    goal = protocol.sync_write(116, 4, [1], POSITION)
+
+    def script(request: bytes) -> bytes:
+        return b"\x00" + request if request == goal else request + status(1, POSITION)
+
+    with ScriptedPort(script) as scripted:
+        bus = Bus(scripted.path, BAUD, 0.5)
+        bus.send(goal)
+        while bus.serial_port.waiting() < len(goal) + 1:
+            pass
+        assert bus.read(1, reg.PRESENT_POSITION) == 1234
+        assert bus.foreign_traffic == bus.counters.timeouts == 0
+        bus.close()
+
+
 @pytest.mark.fault(6)
 @pytest.mark.parametrize("kept", [slice(0, 5), slice(5, None), slice(3, 9)])
 def test_a_partial_echo_is_tolerated(kept: slice) -> None:
