@@ -18,9 +18,8 @@ from typing import Protocol
 from serial.tools import list_ports
 
 from armsyn.driver.adapter import adapter_latency
-from armsyn.driver.port_lock import PortLock
+from armsyn.driver.port_lock import look
 from armsyn.driver.timing import SHORTEST_LATENCY
-from armsyn.errors import PortError
 
 PROCESSES = Path("/proc")
 PSEUDO_TERMINALS = "/dev/pts/"
@@ -177,10 +176,9 @@ def taken(path: str, processes: Path = PROCESSES) -> str | None:
     processes : Path
         Where the system shows its processes.
     """
-    try:
-        PortLock(path).release()
-    except PortError as error:
-        return str(error).removeprefix(f"port {path} ")
+    locked = look(path)
+    if locked is not None:
+        return str(locked).removeprefix(f"port {path} ")
     device = str(Path(path).resolve())
     if device.startswith(PSEUDO_TERMINALS):
         return None

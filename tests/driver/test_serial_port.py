@@ -16,7 +16,7 @@ import pytest
 import serial
 
 from armsyn.driver import bus, serial_port
-from armsyn.driver.port_lock import PortLock
+from armsyn.driver.port_lock import PortLock, lock_file, look
 from armsyn.driver.serial_port import SerialPort
 from armsyn.errors import PortError, PortLostError
 
@@ -148,6 +148,34 @@ def test_another_process_and_its_death(tmp_path: Path) -> None:
     lock.release()
     lock.release()
     assert not lock.path.exists()
+
+
+def test_looking_who_holds_a_port_takes_nothing(tmp_path: Path) -> None:
+    port = str(tmp_path / "port")
+    assert look(port) is None
+    assert not lock_file(port).exists()
+    held = PortLock(port)
+    assert f"is taken by process {os.getpid()}" in str(look(port))
+    assert held.path.read_text() == f"{os.getpid()}\n"
+    held.release()
+    assert look(port) is None
+
+
+def test_a_port_that_is_being_closed_is_asked_for_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    port = str(tmp_path / "port")
+    held = PortLock(port)
+    naps: list[float] = []
+
+    def nap(seconds: float) -> None:
+        naps.append(seconds)
+        if len(naps) == 2:
+            held.release()
+
+    monkeypatch.setattr("armsyn.driver.port_lock.time.sleep", nap)
+    PortLock(port).release()
+    assert len(naps) == 2
 
 
 @pytest.fixture
