@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.driver.operate import torque_is_on
-from armsyn.driver.path import straight_way
+from armsyn.driver.path import check_length, straight_way
 from armsyn.driver.recording import Recording
 from armsyn.driver.run import PARK_TOLERANCE
 from armsyn.driver.servos import ServoGroup
@@ -53,7 +53,8 @@ def jog(
     InputError
         No such joint, too large a change, or an impossible speed.
     RefusedMotionError
-        The joint would leave its range, or the arm would collide; nothing has changed.
+        The joint would leave its range, the arm would collide, or it would take too long; nothing
+        has changed.
     ArmFaultError, StopRequestedError
         As `ArmSession.run`.
     """
@@ -67,6 +68,7 @@ def jog(
         )
     if not (math.isfinite(speed) and speed > 0.0):
         raise InputError(f"a speed is above 0, got {math.degrees(speed):g} degrees/s")
+    check_length(abs(change) / speed, session.rate_hz)
     start = still_posture(session, session.clock)
     goal = start.copy()
     row = arm.joint_names.index(joint)

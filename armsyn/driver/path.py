@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armsyn.arm import ArmDescription
+from armsyn.errors import RefusedMotionError
 from armsyn.motion import Motion
 
 FloatArray = NDArray[np.float64]
@@ -23,6 +24,9 @@ _MARGIN = 1.05
 
 _SHORTEST_WAY = 0.3
 """Seconds of the shortest straight way."""
+
+MOST_FRAMES = 120_000
+"""Samples of the longest straight way: ten minutes at 200 Hz."""
 
 _ALMOST = 1.0 - 1e-9
 """Part of a ramp from which on it is over, but for rounding."""
@@ -154,13 +158,36 @@ def straight_way(start: FloatArray, goal: FloatArray, arm: ArmDescription, rate:
     -------
     Motion
         From rest to rest. It is not yet checked.
+
+    Raises
+    ------
+    RefusedMotionError
+        It would have more than `MOST_FRAMES` samples: the arm is too slow for it.
     """
     way = np.abs(goal - start)
     # peak speed 15/8 and peak acceleration 10/sqrt(3) of a minimum-jerk motion of unit size
     by_speed = np.max(15.0 / 8.0 * way / arm.max_velocity)
     by_acceleration = np.sqrt(np.max(10.0 / np.sqrt(3.0) * way / arm.max_acceleration))
     duration = max(_SHORTEST_WAY, _MARGIN * float(max(by_speed, by_acceleration)))
+    check_length(duration, rate)
     frames = int(np.ceil(duration * rate)) + 1
     time = np.arange(frames) / rate
     angles = start + minimum_jerk(time / time[-1])[:, None] * (goal - start)
     return Motion(time=time, joint_names=arm.joint_names, angles=angles, source="straight way")
+
+
+def check_length(duration: float, rate: float) -> None:
+    """Refuse a way of too many samples before there is one; RefusedMotionError.
+
+    Parameters
+    ----------
+    duration : float
+        s.
+    rate : float
+        Samples a second.
+    """
+    if duration * rate >= MOST_FRAMES:
+        raise RefusedMotionError(
+            f"the way would take {duration:.3g} s, and at {rate:g} Hz {MOST_FRAMES / rate:.0f} s"
+            " is the longest that is planned: move faster"
+        )

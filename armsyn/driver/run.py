@@ -260,10 +260,10 @@ class ArmRun:
 
     def _way_to_rest(self, start: FloatArray) -> Motion | None:
         """Way from the last goals to rest; None when it is too long or must not be gone."""
-        way = straight_way(start, self.arm.rest, self.arm, self.rate_hz)
-        if way.duration > LONGEST_PARKING:
-            return None
         try:
+            way = straight_way(start, self.arm.rest, self.arm, self.rate_hz)
+            if way.duration > LONGEST_PARKING:
+                return None
             check_trajectory(way, self.arm, start)
             check_position_limits(way, self._facts, self.arm)
         except RefusedMotionError:

@@ -5,7 +5,7 @@ import pytest
 from msgspec.structs import replace
 
 from armsyn.arm import ArmDescription
-from armsyn.driver import ArmSession, Ending, Recording
+from armsyn.driver import ArmSession, Ending, Recording, path
 from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import (
     ArmFaultError,
@@ -115,6 +115,15 @@ def test_a_request_without_parking_holds_where_the_arm_stands(stepped: SteppedAr
     assert session.run(stepped.way(0.6)).ending is Ending.STOPPED_HOLDING
     assert stepped.positions()[0] - stepped.description.rest[0] > 0.1
     assert stepped.torque() == [1] * 7
+
+
+def test_a_request_with_no_way_to_rest_holds(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session, way = stepped.session(), stepped.way(0.6)
+    monkeypatch.setattr(path, "MOST_FRAMES", 10)
+    stepped.at(0.3, session.stops.request)
+    assert session.run(way).ending is Ending.STOPPED_HOLDING
 
 
 @pytest.mark.fault(41)

@@ -49,6 +49,13 @@ def test_what_is_no_jog_is_refused(
     assert stepped.torque() == [0] * 7
 
 
+@pytest.mark.parametrize("speed", [1e-5, 1e-150])
+def test_a_jog_that_would_take_hours_is_refused(stepped: SteppedArm, speed: float) -> None:
+    with pytest.raises(RefusedMotionError, match="is the longest that is planned: move faster"):
+        jog(stepped.session(), "elbow_flexion", 0.1, speed)
+    assert stepped.torque() == [0] * 7
+
+
 @pytest.mark.fault(33)
 def test_a_jog_out_of_range_changes_nothing(stepped: SteppedArm) -> None:
     session = stepped.session()

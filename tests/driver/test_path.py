@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
 from armsyn.arm import ArmDescription
-from armsyn.driver.path import BLEND, Path, PathTime, minimum_jerk, straight_way
-from armsyn.errors import CollisionError
+from armsyn.driver.path import BLEND, MOST_FRAMES, Path, PathTime, minimum_jerk, straight_way
+from armsyn.errors import CollisionError, RefusedMotionError
 from armsyn.motion import Motion
 from armsyn.safety import check_trajectory
 
@@ -113,6 +113,14 @@ def test_a_straight_way_keeps_the_limits_and_uses_them(
         (velocity / human7.max_velocity).max(), (acceleration / human7.max_acceleration).max()
     )
     assert used > 0.8 or way.duration < 0.31
+
+
+def test_a_way_that_is_too_slow_is_refused_before_it_is_laid_out(human7: ArmDescription) -> None:
+    goal = human7.rest + 0.1
+    with pytest.raises(RefusedMotionError, match=r"at 200 Hz 600 s is the longest .*move faster"):
+        straight_way(human7.rest, goal, human7.slowed(1e6), 200.0)
+    slow = straight_way(human7.rest, goal, human7.slowed(500.0), 200.0)
+    assert len(slow.time) <= MOST_FRAMES
 
 
 def test_a_ramp_of_path_time_asks_for_no_leap_of_acceleration() -> None:
