@@ -14,6 +14,7 @@ COMMANDS = {
     "arms": "List the arms that are described, show one, or write what other programs need of it.",
     "calibrate": "Find how one real arm is assembled, while you move it by hand.",
     "clear": "Clear what a fault left on an arm, so that it may move again.",
+    "experiment": "Repeat a figure of the first paper on captured reaches.",
     "find-port": "Find the serial port that an arm is plugged into.",
     "grip": "Open or close the gripper, to a width or until it holds something.",
     "jog": "Move JOINT by DEGREES (at most 45, negative backwards), slowly; then hold.",

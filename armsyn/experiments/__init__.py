@@ -1,0 +1,13 @@
+"""The first paper's figures on real captures, one file each, and what goes beyond them.
+
+Each experiment is a module of this package with ``run(settings, folder, on_progress)``, which
+draws into the folder and returns a report of tables.
+"""
+
+EXPERIMENTS = {
+    "fig3": "Synergy models S_A to S_D: distance to 14 captured reaches of either set.",
+    "fig4": "S_A and S_C with the optimisers J^T, SVD and NJ^T.",
+    "fig5": "Hand speed: captured, raw, with synergy.",
+    "twosubjects": "192 motions of two persons.",
+}
+"""Each experiment, a module of this package, with what it is."""

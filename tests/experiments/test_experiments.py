@@ -1,0 +1,127 @@
+"""Each experiment on two reaches: its tables hold what was computed, the same at any time."""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from armsyn.experiments import fig3, fig4, fig5, twosubjects
+from armsyn.experiments.selections import Selection
+from armsyn.experiments.settings import Settings
+from armsyn.experiments.tables import Report, write
+from tests.experiments.conftest import silent
+
+PNG = b"\x89PNG\r\n"
+
+
+def rows(report: Report, table: int) -> list[dict[str, Any]]:
+    found = report.as_dict()["tables"][table]["rows"]
+    assert isinstance(found, list)
+    return found
+
+
+@pytest.mark.parametrize("experiment", [fig3, fig4, fig5])
+def test_the_same_seed_writes_the_same_files(
+    experiment: Any, tiny: Settings, two_of_each: tuple[Selection, ...], tmp_path: Path
+) -> None:
+    folders = [tmp_path / name for name in ("one", "two")]
+    for folder, workers in zip(folders, (1, 2), strict=True):
+        folder.mkdir()
+        settings = Settings(tiny.budget, tiny.seed, workers)
+        write(experiment.run(settings, folder, silent, two_of_each[:1]), folder)
+    one, two = ({file.name: file.read_bytes() for file in folder.iterdir()} for folder in folders)
+    name = experiment.__name__.rpartition(".")[2]
+    assert set(one) == {f"{name}.json", f"{name}.md", f"{name}.png"}
+    assert one == two
+    assert one[f"{name}.png"].startswith(PNG)
+
+
+def test_another_seed_is_another_result(
+    tiny: Settings, two_of_each: tuple[Selection, ...], tmp_path: Path
+) -> None:
+    means = {
+        rows(fig5.run(Settings(tiny.budget, seed), tmp_path, silent, two_of_each[:1]), 0)[-1][
+            "distance_c_m"
+        ]
+        for seed in (3, 4)
+    }
+    assert len(means) == 2
+
+
+def test_fig3_sums_up_what_every_reach_says(
+    tiny: Settings, two_of_each: tuple[Selection, ...], tmp_path: Path
+) -> None:
+    report = fig3.run(tiny, tmp_path, silent, two_of_each)
+    assert "training error" in report.as_markdown()
+    for models, reaches in ((0, 1), (2, 3)):
+        summary = {row["model"]: row for row in rows(report, models)}
+        assert list(summary) == ["S_A", "S_B", "S_C", "S_D"]
+        means = {}
+        for model, row in summary.items():
+            each = [reach[f"svd_{model[-1]}_m"] for reach in rows(report, reaches)]
+            assert len(each) == 2
+            means[model] = np.mean(each)
+            assert row["mean_m"] == pytest.approx(means[model])
+            assert (row["min_m"], row["max_m"]) == (min(each), max(each))
+        assert summary["S_A"]["against_a"] is None
+        assert summary["S_D"]["against_a"] == pytest.approx(means["S_D"] / means["S_A"] - 1)
+        assert summary["S_C"]["against_previous"] == pytest.approx(means["S_C"] / means["S_B"] - 1)
+        further = sum(summary[model]["further_points_of_a"] for model in ("S_B", "S_C", "S_D"))
+        assert further == pytest.approx(summary["S_D"]["against_a"])
+        assert [row["paper_step"] for row in summary.values()] == [None, -0.55, -0.13, -0.10]
+    dof = [row["parameters"] for row in (*rows(report, 0), *rows(report, 2))]
+    assert dof == [1, 4, 6, 12, 1, 7, 9, 21]
+
+
+def test_fig4_compares_s_c_with_s_a(
+    tiny: Settings, two_of_each: tuple[Selection, ...], tmp_path: Path
+) -> None:
+    report = fig4.run(tiny, tmp_path, silent, two_of_each[:1])
+    reaches = rows(report, 1)
+    for ik, paper, rate, row in zip(
+        ("jt", "svd", "njt"), (-0.34, -0.66, -0.47), (60, 6, 3), rows(report, 0), strict=True
+    ):
+        a, c = (np.mean([reach[f"{ik}_{model}_m"] for reach in reaches]) for model in "AC")
+        assert row["change"] == pytest.approx(c / a - 1)
+        assert (row["paper_change"], row["lambda_per_s"]) == (paper, rate)
+
+
+def test_fig5_ends_in_the_mean_of_its_reaches(
+    tiny: Settings, two_of_each: tuple[Selection, ...], tmp_path: Path
+) -> None:
+    first, second, mean = rows(fig5.run(tiny, tmp_path, silent, two_of_each[1:]), 0)
+    for key, value in mean.items():
+        if key != "reach":
+            assert value == pytest.approx((first[key] + second[key]) / 2)
+    # The captured peak as the captures' own table of segments gives it for garza:BackHigh, which
+    # was not filtered
+    assert first["peak_captured_m_per_s"] == pytest.approx(2.34, rel=0.1)
+
+
+def test_fig5_draws_by_place_not_by_result() -> None:
+    assert fig5.drawn_rows(14) == [0, 4, 9, 13]
+    assert fig5.drawn_rows(2) == [0, 1]
+
+
+def test_twosubjects_weighs_every_motion_alike(
+    tiny: Settings, captures: Path, tmp_path: Path
+) -> None:
+    del captures
+    few = [
+        dataclasses.replace(selection, at_most=count)
+        for selection, count in zip(twosubjects.TWO, (3, 1), strict=True)
+    ]
+    report = twosubjects.run(tiny, tmp_path, silent, few)
+    one, two, together = rows(report, 0)
+    assert [row["motions"] for row in (one, two, together)] == [3, 1, 4]
+    assert together["c_mean_m"] == pytest.approx((3 * one["c_mean_m"] + two["c_mean_m"]) / 4)
+    assert together["a_max_m"] == max(one["a_max_m"], two["a_max_m"])
+    by_target = rows(report, 1)
+    assert [row["target"] for row in by_target] == ["R-1", "R-2", "R-4"]
+    assert sum(row["motions"] * row["a_mean_m"] for row in by_target) == pytest.approx(
+        3 * one["a_mean_m"]
+    )
+    json.dumps(report.as_dict(), allow_nan=False)
