@@ -95,10 +95,19 @@ def find_file(name: str, suffix: str, directory: Path | None = None) -> Path:
             return place / f"{name}{suffix}"
     names = arm_names(directory)
     cure = f"arms found: {', '.join(names) or 'none'}"
-    if suffix == SYNERGIES and name in names:
+    other = _elsewhere(name, suffix) if directory is not None and name not in names else None
+    if other is not None:
+        cure = f"only the folder that is named is searched: copy {other} there"
+    elif suffix == SYNERGIES and name in names:
         cure = f"run armsyn learn --arm {name} --captures garza:all, see README.md"
     searched = ", ".join(str(place) for place in dict.fromkeys(places))
     raise DescriptionError(f"no {name}{suffix} in {searched} ({cure})")
+
+
+def _elsewhere(name: str, suffix: str) -> Path | None:
+    """Where a file would be found if no folder were named."""
+    files = (place / f"{name}{suffix}" for place in search_path())
+    return next((file for file in files if file.is_file()), None)
 
 
 def arm_names(directory: Path | None = None) -> list[str]:

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     "--calibration",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="DIR",
-    help="The only folder to look for the arm's files in, and where the calibration goes.",
+    help="The only folder to look for the arm's files in, its description as well, and where the"
+    " calibration goes.",
 )
 @click.option("--yes", is_flag=True, help="Write without asking (you still move the arm).")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")

@@ -46,7 +46,8 @@ if TYPE_CHECKING:
     "--calibration",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="DIR",
-    help="The only folder to look for the arm's files in, and where the backup goes.",
+    help="The only folder to look for the arm's files in, its description as well, and where the"
+    " backup goes.",
 )
 @click.option("--dry-run", is_flag=True, help="Show what would be written, write nothing.")
 @click.option("--yes", is_flag=True, help="Write without asking.")

@@ -172,6 +172,13 @@ def test_an_unknown_arm_names_the_known(tmp_path: Path) -> None:
         load_arm("nobody", tmp_path)
 
 
+def test_a_named_folder_is_searched_alone_and_says_what_it_lacks(tmp_path: Path) -> None:
+    found = find_file("koch", ".toml")
+    with pytest.raises(DescriptionError, match=r"no koch\.toml in .* \(only the folder") as caught:
+        load_arm("koch", tmp_path)
+    assert f"copy {found} there" in str(caught.value)
+
+
 def test_the_environment_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "two.toml").write_text(ARM)
     monkeypatch.setenv("ARMSYN_CALIBRATION", str(tmp_path))
