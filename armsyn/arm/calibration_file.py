@@ -6,7 +6,7 @@ was moved to its ends by hand, its range; of a gripper, its open and closed. A *
 started from the description alone, with the description's zeros: load it with
 ``calibrated=False``.
 
-Several arms of one kind on one machine are told apart by a name: ``koch-left.calibration.json``.
+Several arms of one kind on one machine are told apart by a name: ``koch.left.calibration.json``.
 """
 
 from __future__ import annotations
@@ -111,12 +111,15 @@ class ArmCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def file_stem(arm: str, name: str | None) -> str:
-    """Begin of the file's name; InputError for a name of other than letters, digits and _."""
+    """Begin of the file's name; InputError for a name of other than letters, digits and _.
+
+    The two are parted by a point, which no arm's name has: ``koch-left`` is an arm of its own.
+    """
     if name is None:
         return arm
     if not _NAME.fullmatch(name):
         raise InputError(f"--name {name!r}: up to 32 letters, digits and _ only")
-    return f"{arm}-{name}"
+    return f"{arm}.{name}"
 
 
 def find_calibration(arm: str, name: str | None, directory: Path | None = None) -> Path | None:

@@ -41,7 +41,7 @@ def calibrate(**options: Any) -> None:
 
     The arm must be limp; support it. You put it into its rest posture, and with --method hand you
     also move each joint as you are told and to both its ends. The result goes into
-    ARM.calibration.json (ARM-NAME.calibration.json with --name), which every command lays over the
+    ARM.calibration.json (ARM.NAME.calibration.json with --name), which every command lays over the
     arm's description from then on; an older one is kept beside it. No servo is written to, unless
     the second servo of a dual joint must be aligned: that is shown and asked for.
 

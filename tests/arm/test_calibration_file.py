@@ -262,11 +262,15 @@ def test_an_arm_is_loaded_with_its_calibration(folder: Path, omx: ArmDescription
 
 
 def test_arms_of_one_kind_are_told_apart_by_name(folder: Path, omx: ArmDescription) -> None:
-    written(folder, f"{omx.name}-left", changed(calibration_of(omx), 0, zero_tick=2070))
+    written(folder, f"{omx.name}.left", changed(calibration_of(omx), 0, zero_tick=2070))
     assert load_arm(omx.name, folder, unit="left").servo[0].zero_tick == 2070
     assert load_arm(omx.name, folder).servo[0].zero_tick == 2048
     with pytest.raises(DescriptionError, match=r"armsyn calibrate --arm \w+ --name right"):
         load_arm(omx.name, folder, unit="right")
+
+
+def test_an_arm_of_a_kind_and_a_kind_of_that_name_do_not_share_a_file() -> None:
+    assert file_stem("koch", "left") != file_stem("koch-left", None)
 
 
 @pytest.mark.parametrize("name", ["", "../left", "a/b", "a-b", "x" * 33, "."])

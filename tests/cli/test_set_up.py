@@ -314,7 +314,7 @@ def test_an_arm_is_calibrated_by_its_rest_posture(
     asked = person(hand(arm, REST), True)
     assert call("calibrate", *where, "--name", "left").status == 0
     assert "Rest posture of small" in asked.said
-    path = folder / f"{SMALL}-left.calibration.json"
+    path = folder / f"{SMALL}.left.calibration.json"
     assert f"wrote {path}\ncommands that run in another folder" in asked.said
     status = call("status", *where, "--name", "left", "--json")
     assert status.err.startswith(f"{SMALL} on {arm.port}, calibrated by {path}\n")
