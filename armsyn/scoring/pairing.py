@@ -173,3 +173,25 @@ def trim(pair: Pair, *, cutoff: float | None = CUTOFF, fraction: float = CUT_FRA
         )
 
     return Trimmed(moving(pair.captured), moving(pair.other), rate)
+
+
+def uncut(pair: Pair) -> Trimmed:
+    """Return both motions whole, at the pair's rate: for segments that were cut by others.
+
+    Parameters
+    ----------
+    pair : Pair
+        The two motions.
+
+    Returns
+    -------
+    Trimmed
+        From the first frame to the last.
+    """
+
+    def whole(track: Track) -> Movement:
+        moments = np.linspace(track.time[0], track.time[-1], 101)
+        normalised = interpolate(track.time, track.landmarks, moments)
+        return Movement(track.evenly(pair.rate), normalised, track.duration)
+
+    return Trimmed(whole(pair.captured), whole(pair.other), pair.rate)
