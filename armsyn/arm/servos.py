@@ -53,7 +53,8 @@ class ServoDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     drive_mode : int
         Drive mode register. The driver refuses a servo whose bit 0 (reverse) differs, or whose
         bits 1 (dual-joint slave) or 3 (torque on by a goal) are set; bit 2 (time-based profile)
-        may differ, as no profile is used. A simulated servo takes all of it.
+        may differ, as it only says what the profile registers mean. A simulated servo takes all
+        of it.
     """
 
     joint: str

@@ -88,10 +88,10 @@ def wanted_settings(
 
     Return Delay Time as described; Status Return Level 2; Torque On by Goal Update and the cable
     slave off; torque at start off; counting direction as described (bit 2 of Drive Mode, the
-    time-based profile, stays as it is: no profile is used); position mode, for a gripper that
-    grips with a current the current-based one; a shadow's Secondary ID is its leader's, nobody
-    else has one; a Homing Offset that position mode would ignore is 0; joint mode of servos that
-    know it by their angle limits. All else stays as it is.
+    time-based profile, stays as it is: the driver writes profiles for either); position mode,
+    for a gripper that grips with a current the current-based one; a shadow's Secondary ID is its
+    leader's, nobody else has one; a Homing Offset that position mode would ignore is 0; joint mode
+    of servos that know it by their angle limits. All else stays as it is.
 
     Parameters
     ----------

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 
 from armsyn.arm import ArmDescription, load_arm
+from armsyn.arm.calibration_file import RANGE_MARGIN, with_calibration
 from armsyn.driver.calibrating_pairs import ALIGNED_TICKS, align, misalignments
 from armsyn.errors import ServoMismatchError
 from tests.driver.set_up_bench import (
@@ -14,6 +16,7 @@ from tests.driver.set_up_bench import (
     calibrator_of,
     loose,
     move,
+    remounted,
 )
 
 
@@ -94,6 +97,35 @@ def test_pairs_that_do_not_turn_alike_are_refused(
     move(bus, calibrator.follower.look, goals, 1.5)
     with pytest.raises(ServoMismatchError, match=said):
         calibrator.mark_direction("shoulder", began)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_pair_is_swept_by_hand_as_one_joint(
+    tmp_path: Path, widowx: ArmDescription, direction: int
+) -> None:
+    zeros = {"zero_tick": 2100, "direction": direction}
+    real = remounted(widowx, s2=zeros, s3=zeros)
+    bus, calibrator = calibrator_of(tmp_path, real, widowx)
+    look = calibrator.follower.look
+    assert calibrator.mark_rest()
+    rest = dict(calibrator.follower.ticks)
+    began = dict(look())
+    move(bus, look, {2: rest[2] + direction * 300})
+    assert calibrator.mark_direction("shoulder", began) == direction
+    calibrator.follower.forget_range()
+    ends = (rest[2] + direction * 1200, rest[2] - direction * 100)
+    for tick in (*ends, rest[2]):
+        move(bus, look, {2: tick}, 1.5)
+    assert calibrator.mark_range("shoulder") == pytest.approx(1300 * math.tau / 4096, abs=0.02)
+    calibration = calibrator.result("hand", None)
+    leader, shadow = (next(s for s in calibration.servo if s.id == i) for i in (2, 3))
+    for servo in (leader, shadow):
+        assert (servo.direction, servo.zero_tick) == (direction, pytest.approx(2100, abs=4))
+        assert servo.range_ticks == pytest.approx(sorted(ends), abs=6)
+    shoulder = with_calibration(widowx, calibration).joint[1]
+    highest = widowx.joint[1].rest + 1200 * math.tau / 4096 - RANGE_MARGIN
+    assert shoulder.upper == pytest.approx(min(widowx.joint[1].upper, highest), abs=0.01)
+    assert shoulder.upper < widowx.joint[1].upper
 
 
 def test_an_alignment_that_does_not_hold_is_undone(tmp_path: Path, widowx: ArmDescription) -> None:
