@@ -37,20 +37,20 @@ def to_rpy(rotation: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    rotation : array_like, shape (3, 3)
+    rotation : array_like, shape (..., 3, 3)
         Rz(yaw) Ry(pitch) Rx(roll).
 
     Returns
     -------
-    array, shape (3,)
+    array, shape (..., 3)
         Roll, pitch in [-pi/2, pi/2], yaw, rad.
     """
     R = np.asarray(rotation, dtype=np.float64)
-    yaw = np.arctan2(R[1, 0], R[0, 0])
-    pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
+    yaw = np.arctan2(R[..., 1, 0], R[..., 0, 0])
+    pitch = np.arctan2(-R[..., 2, 0], np.hypot(R[..., 0, 0], R[..., 1, 0]))
     s, c = np.sin(yaw), np.cos(yaw)
-    roll = np.arctan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
-    return np.array([roll, pitch, yaw])
+    roll = np.arctan2(s * R[..., 0, 2] - c * R[..., 1, 2], c * R[..., 1, 1] - s * R[..., 0, 1])
+    return np.stack([roll, pitch, yaw], axis=-1)
 
 
 def from_expmap(rotation_vector: ArrayLike) -> FloatArray:

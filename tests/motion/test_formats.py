@@ -13,10 +13,10 @@ from hypothesis.extra.numpy import arrays
 
 from armsyn.errors import FormatError, InputError
 from armsyn.motion import Motion
-from armsyn.motion.formats import FORMATS, csv_format, npz_format, read_motion, write_motion
+from armsyn.motion.formats import csv_format, npz_format, read_motion, write_motion
 from armsyn.motion.formats.files import check_size, replacing
 
-SUFFIXES = sorted(FORMATS)
+SUFFIXES = [".csv", ".npz"]
 one_folder = settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60
 )
@@ -151,9 +151,9 @@ def test_missing_files_folders_and_devices_are_refused(suffix: str, tmp_path: Pa
 
 
 def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match=r"\.csv, \.npz"):
+    with pytest.raises(FormatError, match=r"\.bvh, \.csv.*, \.npz"):
         read_motion(tmp_path / "motion.xlsx")
-    with pytest.raises(FormatError, match=r"\.csv, \.npz"):
+    with pytest.raises(FormatError, match=r"\.bvh, \.csv.*, \.npz"):
         write_motion(tmp_path / "motion", small_motion())
 
 

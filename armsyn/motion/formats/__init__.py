@@ -1,4 +1,9 @@
-"""Motion files: one module a format, one table by suffix."""
+"""Motion files: one module a format, one table by suffix.
+
+Inside, everything is SI and z is up; what a file says otherwise is turned where it is read and
+written. `ReadOptions` says what a file leaves open, `Reading.facts` what was found or assumed.
+A file that holds several motions is read as ``FILE#TAKE``.
+"""
 
 from __future__ import annotations
 
@@ -7,44 +12,172 @@ from pathlib import Path
 from typing import NamedTuple
 
 from armsyn.errors import FormatError
-from armsyn.motion.formats import csv_format, npz_format
+from armsyn.motion.body import BodyMotion
+from armsyn.motion.formats import amc, bvh, bvh_write, csv_format, npz_format
+from armsyn.motion.formats.options import Reading, ReadOptions
 from armsyn.motion.motion import Motion
+
+__all__ = [
+    "FORMATS",
+    "Format",
+    "ReadOptions",
+    "Reading",
+    "read_body",
+    "read_file",
+    "read_motion",
+    "split_take",
+    "takes_in",
+    "write_body",
+    "write_motion",
+]
 
 
 class Format(NamedTuple):
-    """How files of one suffix are read and written."""
+    """How files of one suffix are read and written.
 
-    read: Callable[[Path], Motion]
-    write: Callable[[Path, Motion], None]
+    Attributes
+    ----------
+    name : str
+        For people.
+    read : callable
+        From a path and options to a `Reading`.
+    options : frozenset of str
+        Names of the `ReadOptions` it hears.
+    write, write_body : callable or None
+        What it can hold: landmarks and angles, or a skeleton's motion.
+    takes : callable or None
+        Names of the motions in a file that may hold several.
+    """
+
+    name: str
+    read: Callable[[Path, ReadOptions], Reading]
+    options: frozenset[str] = frozenset()
+    write: Callable[[Path, Motion], None] | None = None
+    write_body: Callable[[Path, BodyMotion], None] | None = None
+    takes: Callable[[Path], tuple[str, ...]] | None = None
+
+
+def _own(read: Callable[[Path], Motion]) -> Callable[[Path, ReadOptions], Reading]:
+    """Read one of our own formats, which leave nothing open."""
+    return lambda path, _: Reading(read(path), {})
 
 
 FORMATS: dict[str, Format] = {
-    ".csv": Format(csv_format.read, csv_format.write),
-    ".npz": Format(npz_format.read, npz_format.write),
+    ".amc": Format("ASF/AMC", amc.read, frozenset({"skeleton", "rate", "up", "unit"})),
+    ".bvh": Format("BVH", bvh.read, frozenset({"rate", "up", "unit"}), write_body=bvh_write.write),
+    ".csv": Format("CSV of armsyn", _own(csv_format.read), write=csv_format.write),
+    ".npz": Format("npz of armsyn", _own(npz_format.read), write=npz_format.write),
 }
 """By suffix, lower case."""
 
 
-def read_motion(path: Path | str) -> Motion:
+def read_file(path: Path | str, options: ReadOptions | None = None) -> Reading:
+    """Read a file with all that was found out about it.
+
+    Parameters
+    ----------
+    path : Path or str
+        A file whose suffix is in `FORMATS`, or FILE#TAKE.
+    options : ReadOptions, optional
+        What the file does not say.
+
+    Returns
+    -------
+    Reading
+
+    Raises
+    ------
+    FormatError
+        When the suffix is unknown, the format does not hear an option that is given, or the file
+        is missing, unreadable, damaged or too large; one line with the file and the place in it.
+    """
+    file, take = split_take(path)
+    options = options or ReadOptions()
+    if take is not None:
+        options = ReadOptions(**{**vars(options), "take": take})
+    found = _format_of(file)
+    heard = found.options | ({"take"} if found.takes else set())
+    unheard = sorted(options.given() - heard)
+    if unheard:
+        raise FormatError(
+            f"{file}: a file of this kind takes no option '{unheard[0]}'; it takes"
+            f" {', '.join(sorted(heard)) or 'none'}"
+        )
+    return found.read(file, options)
+
+
+def read_motion(path: Path | str, options: ReadOptions | None = None) -> Motion:
     """Read a motion or a recording; its suffix says the format.
 
     Parameters
     ----------
     path : Path or str
-        A `.csv` or `.npz` file.
+        A file whose suffix is in `FORMATS`, or FILE#TAKE.
+    options : ReadOptions, optional
+        What the file does not say.
 
     Returns
     -------
     Motion
-        A recording's angles are the measured ones.
+        A recording's angles are the measured ones; a skeleton's landmarks are all its joints.
 
     Raises
     ------
     FormatError
-        When the suffix is unknown, or the file is missing, unreadable, damaged or too large; one
-        line with the file and the place in it.
+        As `read_file`.
     """
-    return _format_of(Path(path)).read(Path(path))
+    return read_file(path, options).motion
+
+
+def read_body(path: Path | str, options: ReadOptions | None = None) -> BodyMotion:
+    """Read the motion of a whole skeleton.
+
+    Parameters
+    ----------
+    path : Path or str
+        A file of a format with a skeleton, or FILE#TAKE.
+    options : ReadOptions, optional
+        What the file does not say.
+
+    Returns
+    -------
+    BodyMotion
+
+    Raises
+    ------
+    FormatError
+        As `read_file`, and when the file has no skeleton.
+    """
+    body = read_file(path, options).body
+    if body is None:
+        raise FormatError(f"{path}: no skeleton in it, only joint angles or landmark positions")
+    return body
+
+
+def takes_in(path: Path | str) -> tuple[str, ...]:
+    """Return the names of the motions in a file that holds several; none for any other.
+
+    Parameters
+    ----------
+    path : Path or str
+
+    Raises
+    ------
+    FormatError
+        As `read_file`.
+    """
+    file, _ = split_take(path)
+    takes = _format_of(file).takes
+    return takes(file) if takes else ()
+
+
+def split_take(path: Path | str) -> tuple[Path, str | None]:
+    """Split FILE#TAKE; a file whose own name has a # is itself, when it exists."""
+    text = str(path)
+    if "#" not in text or Path(text).exists():
+        return Path(text), None
+    file, _, take = text.partition("#")
+    return Path(file), take
 
 
 def write_motion(path: Path | str, motion: Motion) -> None:
@@ -53,18 +186,45 @@ def write_motion(path: Path | str, motion: Motion) -> None:
     Parameters
     ----------
     path : Path or str
-        A `.csv` or `.npz` file; an existing one is replaced.
+        A file of a suffix that is written; an existing one is replaced.
     motion : Motion
         Any.
 
     Raises
     ------
     FormatError
-        When the suffix is unknown, or the motion cannot be said in the format.
+        When the suffix is unknown or not written, or the motion cannot be said in the format.
     InputError
         When the file cannot be written.
     """
-    _format_of(Path(path)).write(Path(path), motion)
+    write = _format_of(Path(path)).write
+    if write is None:
+        known = ", ".join(suffix for suffix, kind in FORMATS.items() if kind.write)
+        raise FormatError(f"{path}: no landmarks or angles are written as this: use one of {known}")
+    write(Path(path), motion)
+
+
+def write_body(path: Path | str, body: BodyMotion) -> None:
+    """Write a skeleton's motion; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    path : Path or str
+        A file of a suffix that holds a skeleton; an existing one is replaced.
+    body : BodyMotion
+
+    Raises
+    ------
+    FormatError
+        When the suffix is unknown, or no skeleton is written as it.
+    InputError
+        When the file cannot be written.
+    """
+    write = _format_of(Path(path)).write_body
+    if write is None:
+        known = ", ".join(suffix for suffix, kind in FORMATS.items() if kind.write_body)
+        raise FormatError(f"{path}: no skeleton is written as this: use one of {known}")
+    write(Path(path), body)
 
 
 def _format_of(path: Path) -> Format:

@@ -1,0 +1,65 @@
+"""Unit quaternions in the order x, y, z, w: products, Euler angles, exponential maps."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def product(first: ArrayLike, second: ArrayLike) -> FloatArray:
+    """Quaternions of ``first`` after ``second``, as matrices multiply; shapes (..., 4)."""
+    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    vector = a[..., 3:] * b[..., :3] + b[..., 3:] * a[..., :3] + np.cross(a[..., :3], b[..., :3])
+    scalar = a[..., 3] * b[..., 3] - np.sum(a[..., :3] * b[..., :3], axis=-1)
+    return np.concatenate([vector, scalar[..., None]], axis=-1)
+
+
+def from_euler(axes: str, angles: ArrayLike) -> FloatArray:
+    """Quaternions of rotations about coordinate axes, multiplied from left to right.
+
+    Parameters
+    ----------
+    axes : str
+        Some of ``x``, ``y``, ``z``, such as ``zyx``: Rz Ry Rx, which turns about the moving axes
+        z, y, x in this order.
+    angles : array_like, shape (..., len(axes))
+        One an axis, rad.
+
+    Returns
+    -------
+    array, shape (..., 4)
+        Of unit length; no axes give the identity.
+    """
+    values = np.asarray(angles, dtype=np.float64)
+    turned = np.zeros((*values.shape[:-1], 4))
+    turned[..., 3] = 1.0
+    for place, axis in enumerate(axes):
+        turn = np.zeros_like(turned)
+        turn[..., "xyz".index(axis)] = np.sin(0.5 * values[..., place])
+        turn[..., 3] = np.cos(0.5 * values[..., place])
+        turned = turn if place == 0 else product(turned, turn)
+    return turned
+
+
+def to_expmap(quaternion: ArrayLike) -> FloatArray:
+    """Exponential maps (axis times angle) of unit quaternions.
+
+    Parameters
+    ----------
+    quaternion : array_like, shape (..., 4)
+        Either sign.
+
+    Returns
+    -------
+    array, shape (..., 3)
+        rad, no longer than pi.
+    """
+    q = np.asarray(quaternion, dtype=np.float64)
+    q = np.where(q[..., 3:] < 0.0, -q, q)
+    sine = np.linalg.norm(q[..., :3], axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, q[..., 3:])
+    # Near the identity angle / sine tends to 2
+    ratio = np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 1e-12)
+    return np.asarray(q[..., :3] * ratio)

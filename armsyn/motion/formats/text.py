@@ -1,0 +1,116 @@
+"""Text files read line by line, within bounds: their size, their lines, their numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from armsyn.errors import FormatError
+from armsyn.motion.formats.files import check_size
+
+LARGEST_FILE = 256 * 2**20
+LONGEST_LINE = 2**20
+"""Bytes: a thousand joints of six channels with 20 digits are an eighth of it."""
+
+
+class Lines:
+    """The lines of a text file, with the number of the last one read for messages.
+
+    Parameters
+    ----------
+    path : Path
+        UTF-8, with or without a byte order mark; lines end with LF or CRLF.
+
+    Raises
+    ------
+    FormatError
+        When it is missing, empty or larger than `LARGEST_FILE`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        check_size(path, LARGEST_FILE)
+        self.path = path
+        self.number = 0
+        self._read = self._lines()
+
+    def __iter__(self) -> Iterator[str]:
+        return self._read
+
+    def _lines(self) -> Iterator[str]:
+        try:
+            with self.path.open("rb") as file:
+                while line := file.readline(LONGEST_LINE):
+                    self.number += 1
+                    if len(line) == LONGEST_LINE:
+                        self.fail(f"longer than {LONGEST_LINE} bytes")
+                    try:
+                        yield line.decode("utf-8-sig" if self.number == 1 else "utf-8")
+                    except UnicodeDecodeError as error:
+                        self.fail(f"byte {error.start} is not UTF-8 text")
+        except OSError as error:
+            raise FormatError(f"{self.path}: cannot read it: {error.strerror}") from error
+
+    def close(self) -> None:
+        """Close the file before its end."""
+        self._read.close()  # type: ignore[attr-defined]  # it is a generator
+
+    def next(self, wanted: str) -> str:
+        """Return the next line.
+
+        Raises
+        ------
+        FormatError
+            When there is none: the message says what was wanted.
+        """
+        line = next(self._read, None)
+        if line is None:
+            raise FormatError(f"{self.path}: line {self.number + 1}: the file was cut: no {wanted}")
+        return line
+
+    def fail(self, what: str) -> NoReturn:
+        """Raise what is wrong with the last line read."""
+        raise FormatError(f"{self.path}: line {self.number}: {what}")
+
+    def numbers(self, cells: Sequence[str]) -> list[float]:
+        """Return finite numbers.
+
+        Raises
+        ------
+        FormatError
+            When one is not a finite number.
+        """
+        try:
+            values = list(map(float, cells))
+        except ValueError:
+            values = [math.nan]
+        # float() also takes '1_000' and the digits of other scripts
+        text = "".join(cells)
+        if not math.isfinite(sum(values)) or not text.isascii() or "_" in text:
+            for cell in cells:
+                if not is_number(cell):
+                    self.fail(f"'{cell[:40]}' is not a finite number")
+        return values
+
+    def whole(self, cell: str, most: int) -> int:
+        """Return a whole number from 0 to `most`.
+
+        Raises
+        ------
+        FormatError
+            When it is none, or greater.
+        """
+        if not (cell.isascii() and cell.isdigit() and len(cell) < 19) or int(cell) > most:
+            self.fail(f"'{cell[:40]}' is not a whole number up to {most}")
+        return int(cell)
+
+
+def is_number(cell: str) -> bool:
+    """Return whether a cell is a finite number, written in ASCII without underscores."""
+    if not cell.isascii() or "_" in cell:
+        return False
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return False
