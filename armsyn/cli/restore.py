@@ -35,6 +35,7 @@ def restore(**options: Any) -> None:
     now is backed up first. Another model than the backup's is refused.
     """
     from armsyn.cli.prompts import person
+    from armsyn.cli.setup_changes import allowed, entry
     from armsyn.driver.eeprom_file import BackupFile, read_backup
     from armsyn.driver.setup_restore import plan_restore
     from armsyn.driver.transactions import Bus
@@ -48,14 +49,18 @@ def restore(**options: Any) -> None:
             _show(plan, asked)
         due = tuple(plan for plan in plans if plan.changes)
         kept = None
-        written = bool(due) and _allowed(due, options, asked)
+        changes = tuple(change for plan in due for change in plan.changes)
+        written = bool(due) and allowed(changes, options, asked)
         if written:
             kept = BackupFile(path.resolve().parent, backup.arm, options["port"])
             _write(bus, due, kept, asked)
     if options["as_json"]:
         import json
 
-        entries = [_entry(plan, written=written and bool(plan.changes)) for plan in plans]
+        entries = [
+            entry(plan.image, plan.changes, written=written and bool(plan.changes))
+            for plan in plans
+        ]
         document = {"file": str(path), "port": options["port"], "servos": entries}
         document["backup"] = None if kept is None else str(kept.path)
         click.echo(json.dumps(document, indent=2, allow_nan=False))
@@ -64,7 +69,7 @@ def restore(**options: Any) -> None:
 def _show(plan: RestorePlan, asked: Person) -> None:
     from rich.console import Console
 
-    from armsyn.cli.setup import changes_table
+    from armsyn.cli.setup_changes import changes_table
 
     found = plan.image.found
     firmware = plan.image.registers["Firmware Version"]
@@ -79,17 +84,6 @@ def _show(plan: RestorePlan, asked: Person) -> None:
         asked.say("  is as in the backup")
 
 
-def _allowed(due: tuple[RestorePlan, ...], options: dict[str, Any], asked: Person) -> bool:
-    if options["dry_run"]:
-        asked.say("dry run: nothing was written")
-        return False
-    count = sum(len(plan.changes) for plan in due)
-    if options["yes"] or asked.confirm(f"Write {count} setting(s)?"):
-        return True
-    asked.say("nothing was written")
-    return False
-
-
 def _write(bus: Bus, due: tuple[RestorePlan, ...], kept: Any, asked: Person) -> None:
     from armsyn.driver.setup_write import write_changes
 
@@ -99,21 +93,3 @@ def _write(bus: Bus, due: tuple[RestorePlan, ...], kept: Any, asked: Person) -> 
     for plan in due:
         write_changes(bus, plan.image, plan.changes, plan.title)
         asked.say(f"{plan.title}: written and read back")
-
-
-def _entry(plan: RestorePlan, *, written: bool) -> dict[str, Any]:
-    found = plan.image.found
-    return {
-        "model": plan.backup.model,
-        "found": {"id": found.servo_id, "baud": found.baud, "protocol": found.protocol},
-        "changes": [
-            {
-                "register": change.name,
-                "address": change.register.address,
-                "found": change.found,
-                "wanted": change.wanted,
-            }
-            for change in plan.changes
-        ],
-        "written": written,
-    }

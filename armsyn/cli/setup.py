@@ -144,12 +144,14 @@ class _Setup:
         self._carry_out(bus, plan_arm(bus, self._arm, self._servos))
 
     def _carry_out(self, bus: Bus, plans: tuple[ServoPlan, ...]) -> None:
+        from armsyn.cli.setup_changes import allowed
         from armsyn.driver.setup_write import write_changes
 
         for plan in plans:
             self._show(plan)
         due = tuple(plan for plan in plans if plan.changes)
-        written = bool(due) and self._allowed(due)
+        changes = tuple(change for plan in due for change in plan.changes)
+        written = bool(due) and allowed(changes, self._options, self._person)
         self.document["servos"] += [_entry(plan, written=written) for plan in plans]
         if not written:
             return
@@ -169,18 +171,10 @@ class _Setup:
         if any(_counts_anew(plan) for plan in due):
             self._person.say("positions count another way than before: run armsyn calibrate")
 
-    def _allowed(self, due: tuple[ServoPlan, ...]) -> bool:
-        if self._options["dry_run"]:
-            self._person.say("dry run: nothing was written")
-            return False
-        count = sum(len(plan.changes) for plan in due)
-        if self._options["yes"] or self._person.confirm(f"Write {count} setting(s)?"):
-            return True
-        self._person.say("nothing was written")
-        return False
-
     def _show(self, plan: ServoPlan) -> None:
         from rich.console import Console
+
+        from armsyn.cli.setup_changes import changes_table
 
         found = plan.image.found
         self._person.say(
@@ -191,17 +185,6 @@ class _Setup:
             Console(stderr=True).print(changes_table(plan.changes))
         else:
             self._person.say("  is set up already")
-
-
-def changes_table(changes: Sequence[Change]) -> Any:
-    """A table of registers, what they hold and what they are to hold."""
-    from rich.table import Table
-
-    table = Table("  register", "address", "is", "becomes", box=None)
-    for change in changes:
-        row = (str(change.register.address), str(change.found), str(change.wanted))
-        table.add_row(f"  {change.name}", *row)
-    return table
 
 
 def _settings(changes: tuple[Change, ...], *, alone: bool) -> tuple[Change, ...]:
@@ -228,23 +211,11 @@ def _reach(plan: ServoPlan) -> Any:
 
 
 def _entry(plan: ServoPlan, *, written: bool) -> dict[str, Any]:
-    found = plan.image.found
-    return {
-        "id": plan.servo.id,
-        "joint": plan.servo.joint,
-        "model": plan.image.model.name,
-        "found": {"id": found.servo_id, "baud": found.baud, "protocol": found.protocol},
-        "changes": [
-            {
-                "register": change.name,
-                "address": change.register.address,
-                "found": change.found,
-                "wanted": change.wanted,
-            }
-            for change in plan.changes
-        ],
-        "written": written,
-    }
+    from armsyn.cli.setup_changes import entry
+
+    servo = plan.servo
+    described = {"id": servo.id, "joint": servo.joint}
+    return described | entry(plan.image, plan.changes, written=written)
 
 
 def _progress() -> Any:
