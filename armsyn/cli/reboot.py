@@ -65,7 +65,11 @@ def reboot(ids: tuple[int, ...], yes: bool, **options: Any) -> None:
         if chosen:
             ask("Is the cause seen to and the arm supported? Restart?", yes=yes)
         rebooter = Rebooter(group)
-        done = [rebooter.reboot(servo_id) for servo_id in chosen]
+        done = []
+        for servo_id in chosen:
+            if pause := rebooter.pause(servo_id):
+                say(_cooling(group, servo_id, pause), options)
+            done.append(rebooter.reboot(servo_id))
         for one in done:
             say(_line(group, one), options)
         if options["as_json"]:
@@ -90,6 +94,10 @@ def _words(error: int) -> str:
     from armsyn.driver.registers import hardware_error_names
 
     return f"hardware error: {hardware_error_names(error)}" if error else "no hardware error"
+
+
+def _cooling(group: ServoGroup, servo_id: int, pause: float) -> str:
+    return f"{group.title(servo_id)}: by its clock it may just have started; waiting {pause:.0f} s"
 
 
 def _line(group: ServoGroup, one: Rebooted) -> str:

@@ -3,7 +3,8 @@
 A reboot ends a latched error, and with it the torque: the joint falls. RAM is as at power-on then
 (torque, watchdog, profiles, goals), and turns beyond the first are forgotten (e-Manual, "Present
 Position(132)"). An error whose cause is still there comes back at once; rebooting again and again
-would only heat the motor, so a second reboot within `SHORTEST_INTERVAL` is refused.
+would only heat the motor, so a second reboot within `SHORTEST_INTERVAL` is refused; one that
+another program may have made is seen by the servo's own clock, and waited out.
 """
 
 from __future__ import annotations
@@ -93,6 +94,9 @@ class Rebooter:
                 f"{title} was rebooted {since:.0f} s ago: see to the cause first, and let it cool",
                 servo_id,
             )
+        if pause := self.pause(servo_id):
+            self.clock.sleep_until(started + pause)
+            started = self.clock.now()
         before, position = self._error(servo_id), self._position(servo_id)
         self._last[servo_id] = started
         self.group.bus.reboot(servo_id)
@@ -106,6 +110,17 @@ class Rebooter:
         after = self._watch(servo_id)
         turns = round((self._position(servo_id) - position) / _TURN)
         return Rebooted(servo_id, before, after, turns, boot_time)
+
+    def pause(self, servo_id: int) -> float:
+        """Seconds for which `reboot` leaves a servo alone first, as it may just have started.
+
+        Its Realtime Tick says so, which begins anew every 33 s without a start, too (e-Manual,
+        "Realtime Tick(120)"): nobody can tell, so that it is waited for and not refused.
+        """
+        if "Realtime Tick" not in self.group.models[servo_id].layout:
+            return 0.0
+        running = self.group.read("Realtime Tick", (servo_id,))[servo_id] * reg.TICK_UNIT
+        return max(0.0, SHORTEST_INTERVAL - running)
 
     def _wait_for(self, servo_id: int, started: float) -> None:
         while self.clock.now() - started < LONGEST_BOOT:

@@ -24,6 +24,9 @@ RETURN_DELAY_UNIT = 2e-6
 WATCHDOG_UNIT = 0.020
 """Seconds of one unit of Bus Watchdog."""
 
+TICK_UNIT = 1e-3
+"""Seconds of one unit of Realtime Tick."""
+
 WATCHDOG_EXPIRED = -1
 """What Bus Watchdog reads once it has stopped the servo; writing 0 clears it."""
 

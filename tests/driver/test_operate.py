@@ -134,6 +134,8 @@ def overload(stepped: SteppedArm) -> None:
 
 
 def overloaded(stepped: SteppedArm) -> Rebooter:
+    """One servo of an arm that has been on for a while."""
+    stepped.clock.advance(SHORTEST_INTERVAL)
     group = powered(stepped).group
     overload(stepped)
     stepped.clock.advance(0.2)
@@ -160,6 +162,19 @@ def test_an_error_that_comes_back_is_said_and_not_rebooted_again(stepped: Steppe
     assert rebooter.reboot(4).after == 0
 
 
+def test_a_reboot_right_after_that_of_another_program_is_put_off(stepped: SteppedArm) -> None:
+    overloaded(stepped).reboot(4)
+    group, before = present(stepped).group, stepped.now()
+    on_for = group.read("Realtime Tick", (4,))[4] * 1e-3
+    another = Rebooter(group, stepped)
+    assert another.pause(4) == pytest.approx(SHORTEST_INTERVAL - on_for, abs=0.01)
+    another.reboot(4)
+    restarted = stepped.now() - group.read("Realtime Tick", (4,))[4] * 1e-3
+    assert restarted - before > SHORTEST_INTERVAL - on_for
+    stepped.clock.advance(SHORTEST_INTERVAL)
+    assert another.pause(4) == 0
+
+
 @pytest.mark.fault(24)
 def test_turns_that_a_reboot_forgets_are_counted(stepped: SteppedArm) -> None:
     group = present(stepped).group
@@ -172,6 +187,7 @@ def test_turns_that_a_reboot_forgets_are_counted(stepped: SteppedArm) -> None:
 
 
 def test_a_servo_that_does_not_come_back_is_named(stepped: SteppedArm) -> None:
+    stepped.clock.advance(SHORTEST_INTERVAL)
     rebooter = Rebooter(present(stepped).group, stepped)
     stepped.port.simulation.inject("missing-servo:id=4,after=0.05")
     with pytest.raises(
