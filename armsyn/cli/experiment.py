@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import click
 
@@ -57,7 +57,7 @@ def experiment(
     if as_json:
         click.echo(written[0].read_text(encoding="utf-8"), nl=False)
     else:
-        _show(report, written + [out / picture for picture in report.pictures])
+        _show(report, written + [out / name for name in (*report.pictures, *report.films)])
 
 
 def _make_folder(out: Path) -> None:
@@ -85,7 +85,9 @@ def _show(report: Report, written: list[Path]) -> None:
     for table in report.tables:
         shown = Table(title=table.title)
         for column in table.columns:
-            shown.add_column(column.heading, justify="right" if column.form else "left")
+            is_number = bool(column.form)
+            justify: Literal["right", "left"] = "right" if is_number else "left"
+            shown.add_column(column.heading, justify=justify, no_wrap=not is_number)
         for row in table.shown():
             shown.add_row(*row)
         console.print(shown)

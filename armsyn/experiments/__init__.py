@@ -8,6 +8,7 @@ EXPERIMENTS = {
     "fig3": "Synergy models S_A to S_D: distance to 14 captured reaches of either set.",
     "fig4": "S_A and S_C with the optimisers J^T, SVD and NJ^T.",
     "fig5": "Hand speed: captured, raw, with synergy.",
+    "fig6": "One reach of either set, superposed and animated (GIF; MP4 where ffmpeg is).",
     "twosubjects": "192 motions of two persons.",
 }
 """Each experiment, a module of this package, with what it is."""

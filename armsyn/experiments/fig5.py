@@ -18,18 +18,15 @@ from armsyn.experiments.tables import Column, Report, Table, Value, centimetres
 
 IK = "svd"
 DRAWN = 4
+_WHO = (("captured", "captured"), ("a", "S_A"), ("c", "S_C"))
 _COLUMNS = (
     Column("reach", "reach"),
     Column("r_a", "r of S_A", "+.3f"),
     Column("r_c", "r of S_C", "+.3f"),
-    centimetres("distance_a", "distance S_A"),
-    centimetres("distance_c", "distance S_C"),
-    Column("peak_captured_m_per_s", "peak captured, m/s", ".2f"),
-    Column("peak_a_m_per_s", "S_A", ".2f"),
-    Column("peak_c_m_per_s", "S_C", ".2f"),
-    Column("peak_time_captured_s", "at, captured, s", ".2f"),
-    Column("peak_time_a_s", "S_A", ".2f"),
-    Column("peak_time_c_s", "S_C", ".2f"),
+    centimetres("distance_a", "S_A"),
+    centimetres("distance_c", "S_C"),
+    *(Column(f"peak_{who}_m_per_s", f"peak {shown}, m/s", ".2f") for who, shown in _WHO),
+    *(Column(f"peak_time_{who}_s", f"peak {shown} at, s", ".2f") for who, shown in _WHO),
 )
 
 

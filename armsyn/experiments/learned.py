@@ -17,6 +17,7 @@ from armsyn.synergy.controller import Controller
 from armsyn.synergy.learning import fit
 from armsyn.synergy.models import synergies
 from armsyn.synergy.options import LearningOptions
+from armsyn.synergy.training import Training
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int, str], None]
@@ -49,15 +50,17 @@ class Learned:
         """Mean distance, m."""
         return float(self.distances.mean())
 
-    def play(self, row: int, onto: int | None = None) -> FloatArray:
+    def play(self, row: int, onto: Training | None = None, longer: float = 1.0) -> FloatArray:
         """Play what was learned for a reach.
 
         Parameters
         ----------
         row : int
             The reach whose parameters are played.
-        onto : int, optional
-            Another reach whose start, target and number of frames are taken.
+        onto : Training, optional
+            Another reach, whose start and target are taken.
+        longer : float
+            Play for so many times the captured duration.
 
         Returns
         -------
@@ -65,13 +68,13 @@ class Learned:
             m.
         """
         arm = self.prepared.arm
-        training = self.prepared.trainings[row if onto is None else onto]
+        training = onto or self.prepared.trainings[row]
         rolled = Controller(arm.chain, self.ik, self.rate).synthesize(
             training.start,
             training.target,
             synergies(self.model, arm.chain.dof, self.parameters[row]),
             dt=1.0 / self.prepared.selection.rate_hz,
-            frames=training.time.size,
+            frames=round(longer * training.time.size),
         )
         return np.asarray(rolled.positions[:, list(arm.landmark_frames)])
 

@@ -118,6 +118,8 @@ class Report:
         Names of the files drawn beside it.
     notes : sequence of str
         What to know before reading a figure.
+    films : sequence of str
+        Files that only some machines can make; so they stand in no document.
     """
 
     name: str
@@ -126,6 +128,7 @@ class Report:
     tables: list[Table]
     pictures: list[str]
     notes: Sequence[str] = ()
+    films: Sequence[str] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as written to ``NAME.json``."""
@@ -143,7 +146,7 @@ class Report:
         """Text of ``NAME.md``."""
         parts = [f"# {self.title}\n", *(f"{note}\n" for note in self.notes)]
         parts += [table.as_markdown() for table in self.tables]
-        parts += [f"![{name}]({name})\n" for name in self.pictures if not name.endswith(".mp4")]
+        parts += [f"![{name}]({name})\n" for name in self.pictures]
         made = ", ".join(f"{key} {_plain(value)}" for key, value in self.made_with.items())
         return "\n".join([*parts, f"Made with: {made}.\n"])
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from armsyn.experiments import fig3, fig4, fig5, twosubjects
+from armsyn.experiments import fig3, fig4, fig5, fig6, figures, twosubjects
 from armsyn.experiments.selections import Selection
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import Report, write
@@ -99,6 +100,38 @@ def test_fig5_ends_in_the_mean_of_its_reaches(
     # The captured peak as the captures' own table of segments gives it for garza:BackHigh, which
     # was not filtered
     assert first["peak_captured_m_per_s"] == pytest.approx(2.34, rel=0.1)
+
+
+def test_fig6_superposes_three_figures_in_stills_and_an_animation(
+    tiny: Settings, two_of_each: tuple[Selection, ...], tmp_path: Path
+) -> None:
+    short = Selection("garza", "short", "human7", "garza:Right120High", 120.0)
+    del two_of_each
+    report = fig6.run(tiny, tmp_path, silent, [short])
+    assert report.pictures == ["fig6_garza.png", "fig6_garza.gif"]
+    assert {*report.pictures, *report.films} == {file.name for file in tmp_path.iterdir()}
+    assert (tmp_path / "fig6_garza.png").read_bytes().startswith(PNG)
+    with Image.open(tmp_path / "fig6_garza.gif") as animation:
+        duration = 0
+        for frame in range(animation.n_frames):
+            animation.seek(frame)
+            duration += animation.info["duration"]
+    # In real time: the reach lasts 23 frames at 30 Hz, then its last posture holds
+    assert duration == pytest.approx(1000 * (23 / 30 + figures.HOLD_S), abs=40)
+    first, mean = rows(report, 0)
+    assert {**first, "reach": "mean"} == pytest.approx(mean)
+
+
+def test_an_animation_is_in_real_time_and_holds_its_end() -> None:
+    frames = figures.shown_frames(np.arange(101) / 100)
+    assert frames[:3] == [0, 4, 8]
+    assert frames[25:] == 15 * [100]
+
+
+def test_half_way_is_half_the_distance_to_the_end() -> None:
+    time = np.linspace(0, 2, 201)
+    hand = np.stack([time**2, 0 * time, 0 * time], axis=1)
+    assert fig6.half_way(time, hand) == pytest.approx(np.sqrt(2), abs=0.01)
 
 
 def test_fig5_draws_by_place_not_by_result() -> None:

@@ -74,7 +74,7 @@ def test_distances_are_those_of_the_motions_that_are_played(learned: list[Learne
 def test_a_set_played_onto_another_reach_starts_there(learned: list[Learned]) -> None:
     for each in learned:
         other = each.prepared.trainings[1]
-        onto = each.play(0, onto=1)
+        onto = each.play(0, other)
         assert onto.shape == other.landmarks.shape
         np.testing.assert_allclose(onto[0], other.landmarks[0], atol=1e-4)
         assert not np.allclose(onto, each.play(1))
@@ -89,8 +89,8 @@ def test_speed_of_a_hand_that_turns_in_a_circle() -> None:
 
 def test_the_captured_motion_itself_correlates_fully(learned: list[Learned]) -> None:
     class Played(Learned):
-        def play(self, row: int, onto: int | None = None) -> np.ndarray:
-            del onto
+        def play(self, row: int, onto: object = None, longer: float = 1.0) -> np.ndarray:
+            del onto, longer
             return self.prepared.trainings[row].landmarks
 
     fields = {field.name: getattr(learned[0], field.name) for field in dataclasses.fields(Learned)}
