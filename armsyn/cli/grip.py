@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 FAULTY = 3
 
 
-@click.command()
+@click.command(context_settings={"ignore_unknown_options": True})  # -5 is a bad width, no option
 @click.argument("width", metavar="open|close|WIDTH_MM")
 @arm_options
 @click.option(
@@ -58,9 +59,13 @@ def _metres(width: str, gripper: Gripper) -> float:
 
     named = {"open": gripper.description.width_open, "close": gripper.description.width_closed}
     try:
-        return named[width] if width in named else float(width) * 1e-3
+        metres = named[width] if width in named else float(width) * 1e-3
     except ValueError:
-        raise InputError(f"{width!r} is neither open, close nor a width in mm") from None
+        metres = math.nan
+    if not math.isfinite(metres):
+        raise InputError(f"{width!r} is neither open, close nor a width in mm")
+    gripper.check_width(metres)
+    return metres
 
 
 def _ask_for_mode(gripper: Gripper, *, yes: bool) -> None:

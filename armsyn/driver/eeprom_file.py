@@ -15,9 +15,21 @@ from armsyn.motion.formats.files import replacing
 SUFFIX = ".eeprom.json"
 MAXIMUM_BYTES = 1_000_000
 
+SCHEMA = "armsyn-eeprom-1"
+
+_NO_BACKUP = (
+    f"is no backup of servos' EEPROM (ARM-DATE{SUFFIX}, schema {SCHEMA}), which armsyn setup writes"
+)
+
 Byte = Annotated[int, msgspec.Meta(ge=0, le=255)]
 Rate = Annotated[int, msgspec.Meta(ge=1, le=100_000_000)]
 Value = Annotated[int, msgspec.Meta(ge=-(2**31), lt=2**32)]
+
+
+class _Marked(msgspec.Struct):
+    """Any file that says what it is."""
+
+    schema: str
 
 
 class Reach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -139,15 +151,25 @@ def read_backup(path: Path) -> Backup:
     """
     try:
         if path.stat().st_size > MAXIMUM_BYTES:
-            raise FormatError(f"{path}: larger than {MAXIMUM_BYTES} bytes")
-        backup = msgspec.json.decode(path.read_bytes(), type=Backup)
+            raise FormatError(f"{path} {_NO_BACKUP}: it is larger than {MAXIMUM_BYTES} bytes")
+        text = path.read_bytes()
+        backup = msgspec.json.decode(text, type=Backup)
     except OSError as error:
         raise FormatError(f"{path}: {error.strerror or error}") from error
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise FormatError(f"{path}: {error}") from error
+        raise FormatError(f"{path}{_unfit(text, error)}") from error
     if not backup.servo:
         raise FormatError(f"{path}: no servo in it")
     return backup
+
+
+def _unfit(text: bytes, error: Exception) -> str:
+    """What is wrong with a file: what it is instead of a backup, or its field."""
+    try:
+        schema = msgspec.json.decode(text, type=_Marked).schema
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return f" {_NO_BACKUP}, or a damaged one: {error}"
+    return f": {error}" if schema == SCHEMA else f" {_NO_BACKUP}: its schema is {schema!r}"
 
 
 def _protocol(number: int) -> Literal[1, 2]:

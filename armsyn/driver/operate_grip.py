@@ -170,6 +170,10 @@ class Gripper:
             )
         return current
 
+    def check_width(self, width: float) -> None:
+        """Refuse a width, m, that the gripper does not have: InputError."""
+        self._goal(width)
+
     def move(self, width: float, force: float, on_look: OnLook | None = None) -> Grip:
         """Open or close to a width, or until something stops the fingers; then hold.
 

@@ -179,7 +179,9 @@ def test_grip_holds_what_is_between_the_fingers(order: Call, omx: RunningSimulat
     assert document["width_m"] == pytest.approx(0.0366, abs=0.001)
     assert document["current_a"] == pytest.approx(0.3, rel=0.1)
     omx.clear()
-    refused(order("grip", "wide"), 2, "neither open, close nor a width in mm")
+    for width in ("wide", "nan", "inf", "-inf"):
+        refused(order("grip", width), 2, f"'{width}' is neither open, close nor a width in mm")
+    refused(order("grip", "-5"), 2, "20 to 75 mm, -5 mm are asked for")
     refused(order("grip", "200"), 2, "20 to 75 mm")
 
 

@@ -137,3 +137,22 @@ def test_damaged_backups_are_refused_with_their_name(
     bus = bench("xl430-w250:1")
     with pytest.raises(FormatError, match=path.name):
         plan_restore(bus, read_backup(path), path)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("# Notes", "or a damaged one: JSON is malformed"),
+        ("", "or a damaged one"),
+        ('{"schema": "armsyn-calibration-1"}', "its schema is 'armsyn-calibration-1'"),
+        ("[1, 2]", "or a damaged one: Expected `object`"),
+    ],
+)
+def test_another_file_is_told_from_a_backup(tmp_path: Path, content: str, said: str) -> None:
+    path = tmp_path / "other.json"
+    path.write_text(content)
+    with pytest.raises(FormatError) as caught:
+        read_backup(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path} is no backup of servos' EEPROM (ARM-DATE.eeprom.json")
+    assert said in message
