@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from armsyn.errors import FormatError
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Motion:
         Metres, in one fixed frame. NaN marks a gap.
     source : str
         Where it comes from, for people: file, recording, port.
+    filled : array of bool, shape (frames, landmarks) or None
+        Where a position was not captured but filled in; None when none was.
 
     Raises
     ------
@@ -44,6 +47,7 @@ class Motion:
     landmark_names: tuple[str, ...] = ()
     landmarks: FloatArray | None = None
     source: str = ""
+    filled: BoolArray | None = None
 
     def __post_init__(self) -> None:
         time = _frozen_array(self.time)
@@ -59,6 +63,7 @@ class Motion:
             raise FormatError(f"{self.source or 'motion'}: neither joint angles nor landmarks")
         self._check_part("angles", self.joint_names, 2)
         self._check_part("landmarks", self.landmark_names, 3)
+        self._check_filled()
 
     def _check_part(self, part: str, names: tuple[str, ...], dimensions: int) -> None:
         values = getattr(self, part)
@@ -75,6 +80,18 @@ class Motion:
             )
         if len(set(names)) != len(names):
             raise FormatError(f"{self.source or 'motion'}: names of {part} are not unique: {names}")
+
+    def _check_filled(self) -> None:
+        if self.filled is None:
+            return
+        filled = np.array(self.filled, dtype=np.bool_)
+        if self.landmarks is None or filled.shape != self.landmarks.shape[:2]:
+            raise FormatError(
+                f"{self.source or 'motion'}: marks of what was filled have shape {filled.shape},"
+                " expected one a frame and landmark"
+            )
+        filled.flags.writeable = False
+        object.__setattr__(self, "filled", filled if filled.any() else None)
 
     @property
     def frames(self) -> int:
@@ -123,6 +140,7 @@ class Motion:
             landmark_names=self.landmark_names,
             landmarks=None if self.landmarks is None else self.landmarks[kept],
             source=self.source,
+            filled=None if self.filled is None else self.filled[kept],
         )
 
 

@@ -13,7 +13,7 @@ import dataclasses
 import numpy as np
 
 from armsyn.errors import CaptureError, InputError
-from armsyn.motion.motion import FloatArray, Motion
+from armsyn.motion.motion import BoolArray, FloatArray, Motion
 
 MAXIMUM_SAMPLES = 2_000_000
 """Frames that one resampled motion may have: 2.8 hours at 200 Hz."""
@@ -105,7 +105,13 @@ def at_times(motion: Motion, times: FloatArray) -> Motion:
         time=times,
         angles=None if angles is None else interpolate(motion.time, angles, times),
         landmarks=None if landmarks is None else interpolate(motion.time, landmarks, times),
+        filled=None if motion.filled is None else _touched(motion.time, motion.filled, times),
     )
+
+
+def _touched(time: FloatArray, filled: BoolArray, at: FloatArray) -> BoolArray:
+    """Return which samples lean on a frame that was filled in."""
+    return interpolate(time, filled.astype(np.float64), at) > 0.0
 
 
 def resample(motion: Motion, rate: float) -> Motion:

@@ -36,6 +36,7 @@ def motions(draw: st.DrawFn) -> Motion:
     steps = st.floats(1e-6, 1e3)
     joints, landmarks = draw(names), draw(names)
     gaps = st.one_of(finite, st.just(float("nan")))
+    filled = draw(st.none() | arrays(np.bool_, (frames, len(landmarks))))
     if not joints and not landmarks:
         joints = ["elbow"]
     return Motion(
@@ -47,6 +48,7 @@ def motions(draw: st.DrawFn) -> Motion:
         if landmarks
         else None,
         source=" ".join(draw(st.text(st.characters(categories=("L", "P", "Zs")))).split()),
+        filled=filled if landmarks else None,
     )
 
 
@@ -68,7 +70,7 @@ def names_in(folder: Path) -> list[str]:
 def assert_same(first: Motion, second: Motion) -> None:
     np.testing.assert_array_equal(first.time, second.time)
     assert (first.joint_names, first.landmark_names) == (second.joint_names, second.landmark_names)
-    for part in ("angles", "landmarks"):
+    for part in ("angles", "landmarks", "filled"):
         mine, other = getattr(first, part), getattr(second, part)
         assert (mine is None) == (other is None)
         if mine is not None:
@@ -151,9 +153,9 @@ def test_missing_files_folders_and_devices_are_refused(suffix: str, tmp_path: Pa
 
 
 def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match=r"\.bvh, \.csv.*, \.npz"):
+    with pytest.raises(FormatError, match=r"\.amc, \.bvh, \.c3d, \.csv"):
         read_motion(tmp_path / "motion.xlsx")
-    with pytest.raises(FormatError, match=r"\.bvh, \.csv.*, \.npz"):
+    with pytest.raises(FormatError, match=r"\.csv, \.npz"):
         write_motion(tmp_path / "motion", small_motion())
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from armsyn.errors import FormatError
 from armsyn.motion.body import BodyMotion
-from armsyn.motion.formats import amc, bvh, bvh_write, csv_format, npz_format
+from armsyn.motion.formats import amc, bvh, bvh_write, c3d_format, csv_format, npz_format, trc
 from armsyn.motion.formats.options import Reading, ReadOptions
 from armsyn.motion.motion import Motion
 
@@ -62,11 +62,14 @@ def _own(read: Callable[[Path], Motion]) -> Callable[[Path, ReadOptions], Readin
     return lambda path, _: Reading(read(path), {})
 
 
+_EDGE = frozenset({"rate", "up", "unit"})
 FORMATS: dict[str, Format] = {
-    ".amc": Format("ASF/AMC", amc.read, frozenset({"skeleton", "rate", "up", "unit"})),
-    ".bvh": Format("BVH", bvh.read, frozenset({"rate", "up", "unit"}), write_body=bvh_write.write),
+    ".amc": Format("ASF/AMC", amc.read, _EDGE | {"skeleton"}),
+    ".bvh": Format("BVH", bvh.read, _EDGE, write_body=bvh_write.write),
+    ".c3d": Format("C3D", c3d_format.read, _EDGE),
     ".csv": Format("CSV of armsyn", _own(csv_format.read), write=csv_format.write),
     ".npz": Format("npz of armsyn", _own(npz_format.read), write=npz_format.write),
+    ".trc": Format("TRC", trc.read, _EDGE, write=trc.write),
 }
 """By suffix, lower case."""
 

@@ -17,6 +17,7 @@ a file that was cut). Then one line of column names, then one line a frame. A co
 - `NAME:angle_rad`: a joint's (measured) angle, rad, or m for a prismatic joint;
 - `NAME:x_m`, `NAME:y_m`, `NAME:z_m`: a landmark's position, all three; the end effector is the
   last landmark. An empty cell or `nan` is a gap;
+- `NAME:filled`: 1 where the landmark was not captured but filled in, else 0; may be missing;
 - **everything else is ignored**, whatever it holds. A recording adds columns under quantities of
   its own, such as `NAME:commanded_rad`, `NAME:velocity_rad_s`, `NAME:current_a`,
   `NAME:hardware_error`.
@@ -39,7 +40,7 @@ import numpy as np
 
 from armsyn.errors import FormatError
 from armsyn.motion.formats.files import check_size, replacing
-from armsyn.motion.motion import FloatArray, Motion
+from armsyn.motion.motion import BoolArray, FloatArray, Motion
 
 SCHEMA = "armsyn-motion-1"
 LARGEST_FILE = 64 * 2**20
@@ -55,6 +56,7 @@ class _Columns(NamedTuple):
     time: int
     joints: dict[str, int]
     landmarks: dict[str, list[int]]
+    filled: dict[str, int]
 
 
 def read(path: Path) -> Motion:
@@ -143,14 +145,15 @@ def _find_columns(header: list[str], path: Path) -> _Columns:
             raise FormatError(f"{path}: no column '{name}:{AXES[where.index(-1)]}'")
     if not joints and not landmarks:
         raise FormatError(f"{path}: no column 'NAME:angle_rad' and none 'NAME:x_m'")
-    return _Columns(len(header), places["time_s"], joints, landmarks)
+    filled = {name: places[f"{name}:filled"] for name in landmarks if f"{name}:filled" in places}
+    return _Columns(len(header), places["time_s"], joints, landmarks, filled)
 
 
 def _read_rows(
     reader: Iterator[list[str]], columns: _Columns, lines_before: int, path: Path
 ) -> FloatArray:
-    """Return time, angles and coordinates of every row, shape (frames, 1 + joints + 3 marks)."""
-    must = [columns.time, *columns.joints.values()]
+    """Return time, angles, marks and coordinates of every row, shape (frames, numbers)."""
+    must = [columns.time, *columns.joints.values(), *columns.filled.values()]
     may = [place for where in columns.landmarks.values() for place in where]
     values = array("d")
     count = 0
@@ -189,14 +192,19 @@ def _number_or_gap(cell: str) -> float:
 def _assemble(rows: FloatArray, columns: _Columns, source: str, path: Path) -> Motion:
     joints, landmarks = tuple(columns.joints), tuple(columns.landmarks)
     end = 1 + len(joints)
+    filled = np.zeros((len(rows), len(landmarks)), dtype=np.bool_)
+    for place, name in enumerate(columns.filled, start=end):
+        filled[:, landmarks.index(name)] = rows[:, place] != 0
+    first = end + len(columns.filled)
     try:
         return Motion(
             time=rows[:, 0],
             joint_names=joints,
             angles=rows[:, 1:end] if joints else None,
             landmark_names=landmarks,
-            landmarks=rows[:, end:].reshape(len(rows), -1, 3) if landmarks else None,
+            landmarks=rows[:, first:].reshape(len(rows), -1, 3) if landmarks else None,
             source=source,
+            filled=filled if columns.filled else None,
         )
     except FormatError as error:
         raise FormatError(f"{path}: {error}") from error
@@ -213,7 +221,7 @@ def header_of(motion: Motion) -> list[str]:
     Returns
     -------
     list of str
-        `time_s`, the joints' angles, the landmarks' coordinates.
+        `time_s`, the joints' angles, the landmarks' coordinates, marks of what was filled in.
 
     Raises
     ------
@@ -226,7 +234,7 @@ def header_of(motion: Motion) -> list[str]:
             raise FormatError(f"cannot write the name {name!r} as a column: rename it")
     angles = [f"{name}:angle_rad" for name in motion.joint_names]
     coordinates = [f"{name}:{axis}" for name in motion.landmark_names for axis in AXES]
-    return ["time_s", *angles, *coordinates]
+    return ["time_s", *angles, *coordinates, *(f"{name}:filled" for name in _filled_in(motion))]
 
 
 def rows_of(motion: Motion) -> FloatArray:
@@ -247,7 +255,15 @@ def rows_of(motion: Motion) -> FloatArray:
         parts.append(motion.angles)
     if motion.landmarks is not None:
         parts.append(motion.landmarks.reshape(motion.frames, -1))
+    parts.extend(column[:, None].astype(np.float64) for column in _filled_in(motion).values())
     return np.concatenate(parts, axis=1)
+
+
+def _filled_in(motion: Motion) -> dict[str, BoolArray]:
+    if motion.filled is None:
+        return {}
+    columns = zip(motion.landmark_names, motion.filled.T, strict=True)
+    return {name: column for name, column in columns if column.any()}
 
 
 def write(path: Path, motion: Motion, extra: dict[str, FloatArray] | None = None) -> None:

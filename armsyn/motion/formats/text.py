@@ -14,6 +14,9 @@ LARGEST_FILE = 256 * 2**20
 LONGEST_LINE = 2**20
 """Bytes: a thousand joints of six channels with 20 digits are an eighth of it."""
 
+GAPS = frozenset({"", "nan"})
+"""What a cell of a table says, lower case, where nothing was measured."""
+
 
 class Lines:
     """The lines of a text file, with the number of the last one read for messages.
@@ -92,6 +95,21 @@ class Lines:
                 if not is_number(cell):
                     self.fail(f"'{cell[:40]}' is not a finite number")
         return values
+
+    def numbers_or_gaps(self, cells: Sequence[str]) -> list[float]:
+        """Return finite numbers; NaN for an empty cell or ``nan``.
+
+        Raises
+        ------
+        FormatError
+            When a cell is neither.
+        """
+        gaps = [cell.strip().lower() in GAPS for cell in cells]
+        if not any(gaps):
+            return self.numbers(cells)
+        filled = ["0" if gap else cell for cell, gap in zip(cells, gaps, strict=True)]
+        values = zip(self.numbers(filled), gaps, strict=True)
+        return [math.nan if gap else value for value, gap in values]
 
     def whole(self, cell: str, most: int) -> int:
         """Return a whole number from 0 to `most`.
