@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.driver.facts import ServoFacts
@@ -14,6 +15,8 @@ from armsyn.driver.registers import LAST_TICK, POSITION_MODE, VOLTAGE_UNIT
 from armsyn.errors import LimitError
 from armsyn.motion import Motion
 from armsyn.safety import CommandLimits
+
+FloatArray = NDArray[np.float64]
 
 _LOWEST, _HIGHEST = -1_048_575, 1_048_575
 """Goals that servos of the X series take in their extended position mode (e-Manual, Goal
@@ -71,17 +74,22 @@ def _range(servo: ServoFacts) -> tuple[int, int, str]:
     return _LOWEST, _HIGHEST, "its extended position mode"
 
 
-def with_servo_limits(limits: CommandLimits, facts: Sequence[ServoFacts]) -> CommandLimits:
-    """Put the servos' own limits of temperature, current and voltage into a stream's limits.
+def with_servo_limits(
+    limits: CommandLimits, facts: Sequence[ServoFacts], arm: ArmDescription, start: FloatArray
+) -> CommandLimits:
+    """Put the servos' own limits into a stream's: position, temperature, current, voltage.
 
-    Their position modes do not keep their Current Limit (e-Manual, "Current Limit"): the stream
-    has to.
+    They refuse goals beyond their position limits, and sync write tells nobody; their position
+    modes do not keep their Current Limit (e-Manual, "Current Limit").
 
     Parameters
     ----------
     limits : CommandLimits
     facts : sequence of ServoFacts
         Of servos that move joints, shadows among them: of each joint the stricter counts.
+    arm : ArmDescription
+    start : array, shape (n,)
+        Where the goals stand, rad: that stays within the limits, whatever the servos say.
 
     Returns
     -------
@@ -89,8 +97,11 @@ def with_servo_limits(limits: CommandLimits, facts: Sequence[ServoFacts]) -> Com
         Currents stay unknown where a servo does not measure them, or has 0 as its limit.
     """
     joints = {name: [s for s in facts if s.joint == name] for name in limits.names}
+    lower, upper = _own_ranges(facts, arm)
     return replace(
         limits,
+        lower=np.minimum(np.maximum(limits.lower, lower), start),
+        upper=np.maximum(np.minimum(limits.upper, upper), start),
         max_temperature=np.array(
             [float(min(s.temperature_limit for s in joints[name])) for name in limits.names]
         ),
@@ -104,6 +115,19 @@ def with_servo_limits(limits: CommandLimits, facts: Sequence[ServoFacts]) -> Com
             [VOLTAGE_UNIT * min(s.maximum_voltage for s in joints[name]) for name in limits.names]
         ),
     )
+
+
+def _own_ranges(facts: Sequence[ServoFacts], arm: ArmDescription) -> tuple[FloatArray, FloatArray]:
+    """Range of each joint that all of its servos take goals in, rad."""
+    calibration = arm.calibration
+    lowest, highest = np.full(len(arm.joint), _LOWEST), np.full(len(arm.joint), _HIGHEST)
+    for servo in facts:
+        row = arm.joint_names.index(servo.joint)
+        lower, upper, _ = _range(servo)
+        lowest[row], highest[row] = max(lowest[row], lower), min(highest[row], upper)
+    ends = np.array([calibration.to_radians(lowest), calibration.to_radians(highest)])
+    half = 0.5 * np.abs(calibration.radians_per_tick)  # which rounding to ticks brings back
+    return ends.min(axis=0) - half, ends.max(axis=0) + half
 
 
 def _current_limit(servo: ServoFacts) -> float:

@@ -223,7 +223,7 @@ class ArmRun:
             link=self.joints,
             settings=WatchSettings(
                 period=period,
-                limits=with_servo_limits(limits, self._facts),
+                limits=with_servo_limits(limits, self._facts, self.arm, commanded),
                 servos=self.joints.group.servos,
                 limp=self._limp - set(self.group.ids),
                 limited=frozenset(self._profiles["Moving Speed"]),
@@ -242,7 +242,9 @@ class ArmRun:
     def _move(self, streamer: Streamer) -> Ending:
         start = streamer.commanded
         if isinstance(self.trajectory, SetpointMotion):
-            outcome = streamer.run(self.trajectory.course(start, self.arm, 1.0 / self.rate_hz))
+            outcome = streamer.run(
+                self.trajectory.course(start, self.arm, streamer.settings.limits)
+            )
         else:
             outcome = streamer.follow(Path(self.trajectory, start=start))
         ending = Ending.COMPLETED
@@ -321,8 +323,9 @@ class ArmRun:
         goals = streamer.sent.copy()
         if isinstance(error, FollowingError):
             joint = self.arm.joint_names.index(error.joint)
-            chain = self.arm.chain
-            goals[joint] = np.clip(streamer.measured[joint], chain.lower[joint], chain.upper[joint])
+            limits = streamer.settings.limits
+            there = streamer.measured[joint]
+            goals[joint] = np.clip(there, limits.lower[joint], limits.upper[joint])
         streamer.note(f"held: {error}", "fault")
         with contextlib.suppress(ArmFaultError):  # a port that is gone cannot be told
             self.joints.send(goals)

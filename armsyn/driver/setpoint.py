@@ -13,7 +13,7 @@ from armsyn.driver.joints import JointState
 from armsyn.driver.path import BLEND, PathTime, minimum_jerk
 from armsyn.driver.setpoint_thread import SetpointThread
 from armsyn.errors import InputError, LimitError, SetpointError
-from armsyn.safety import START_TOLERANCE
+from armsyn.safety import START_TOLERANCE, CommandLimits
 
 FloatArray = NDArray[np.float64]
 
@@ -30,8 +30,8 @@ class SetpointCourse:
     start : array, shape (n,)
         Where the goals stand, rad.
     arm : ArmDescription
-    period : float
-        s.
+    limits : CommandLimits
+        That it comes to rest within; of the stream, as its period is.
     longest : float
         Seconds after which it comes to rest.
     """
@@ -43,13 +43,14 @@ class SetpointCourse:
         thread: SetpointThread,
         start: FloatArray,
         arm: ArmDescription,
-        period: float,
+        limits: CommandLimits,
         longest: float,
     ) -> None:
         self.duration = longest
         self._thread = thread
         self._arm = arm
-        self._period = period
+        self._limits = limits
+        self._period = limits.period
         self._time = PathTime()
         self._before = self._last = start
         self._held, self._since = start, 0.0
@@ -92,9 +93,9 @@ class SetpointCourse:
 
     def _next_at_rest(self) -> FloatArray:
         if self._coast is None:
-            chain, velocity = self._arm.chain, (self._last - self._before) / self._period
+            limits, velocity = self._limits, (self._last - self._before) / self._period
             self._coast = Coast(
-                self._last, velocity, self._arm.max_acceleration, chain.lower, chain.upper
+                self._last, velocity, self._arm.max_acceleration, limits.lower, limits.upper
             )
         self._coasted += self._period
         return self._coast.at(self._coasted)
@@ -180,9 +181,11 @@ class SetpointMotion:
     thread: SetpointThread
     duration: float
 
-    def course(self, start: FloatArray, arm: ArmDescription, period: float) -> SetpointCourse:
+    def course(
+        self, start: FloatArray, arm: ArmDescription, limits: CommandLimits
+    ) -> SetpointCourse:
         """Course from where the goals stand, shape (n,), rad."""
-        return SetpointCourse(self.thread, start, arm, period, self.duration)
+        return SetpointCourse(self.thread, start, arm, limits, self.duration)
 
     def check(self, present: FloatArray, arm: ArmDescription) -> None:
         """Refuse a function whose first setpoint is not where the arm is.

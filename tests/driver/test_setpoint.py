@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from armsyn.arm import ArmDescription
+from armsyn.arm.calibration import RADIANS_PER_TICK
 from armsyn.driver import Ending, Recording
 from armsyn.driver.course import Coast
 from armsyn.driver.joints import JointState
@@ -91,6 +92,38 @@ def test_a_request_to_stop_decelerates(stepped: SteppedArm) -> None:
     recording = session.run_setpoint(circle(stepped.description), 60.0)
     assert recording.ending is Ending.STOPPED_PARKED
     assert stepped.positions() == pytest.approx(stepped.description.rest, abs=0.005)
+
+
+@pytest.mark.fault(21)
+def test_a_setpoint_beyond_a_servos_own_limit_is_a_fault(stepped: SteppedArm) -> None:
+    """Sync write would tell nobody that the servo does not take it; stopping keeps the limit."""
+    elbow, arm = stepped.servos[ELBOW], stepped.description
+    limit = int(arm.calibration.to_ticks(arm.rest + 0.2)[ELBOW])
+    upwards = limit > elbow.memory.value("Present Position")
+    elbow.memory.store("Max Position Limit" if upwards else "Min Position Limit", limit)
+    with pytest.raises(CommandFaultError, match=r"elbow_flexion: the command .* outside its limit"):
+        stepped.session().run_setpoint(circle(arm), 3.0)
+    assert abs(elbow.memory.value("Goal Position") - limit) < 20  # one tick of the stream
+    assert stepped.torque() == ON
+
+
+@pytest.mark.fault(21)
+def test_a_stop_comes_to_rest_within_a_servos_own_limit(stepped: SteppedArm) -> None:
+    elbow, arm = stepped.servos[ELBOW], stepped.description
+    limit = int(arm.calibration.to_ticks(arm.rest + 0.2)[ELBOW])
+    upwards = limit > elbow.memory.value("Present Position")
+    elbow.memory.store("Max Position Limit" if upwards else "Min Position Limit", limit)
+    near = arm.rest[ELBOW] + 0.19
+    wanted = circle(arm)
+
+    def ends(t: float, state: JointState) -> np.ndarray | None:
+        posture = wanted(t, state)
+        return None if posture[ELBOW] > near else posture
+
+    recording = stepped.session().run_setpoint(ends, 3.0)
+    assert recording.ending is Ending.COMPLETED
+    farthest = arm.rest[ELBOW] + 0.2 + RADIANS_PER_TICK
+    assert near - 0.02 < recording.commanded_rad[-1, ELBOW] <= farthest
 
 
 def speeds_fade(recording: Recording, arm: ArmDescription) -> None:

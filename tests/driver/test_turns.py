@@ -94,10 +94,11 @@ def test_a_shadows_own_limits_count() -> None:
 
 @pytest.mark.fault(19)
 def test_limits_of_temperature_and_voltage_are_the_servos(stepped: SteppedArm) -> None:
+    arm = stepped.description
     stepped.by_id[2].memory.store("Temperature Limit", 61)
     stepped.by_id[3].memory.store("Min Voltage Limit", 110)
     group = ServoGroup(stepped.bus, stepped.description.servo)
-    limits = with_servo_limits(CommandLimits.of(stepped.description, 0.005), read_facts(group))
+    limits = with_servo_limits(CommandLimits.of(arm, 0.005), read_facts(group), arm, arm.rest)
     assert limits.max_temperature.tolist() == [80, 61, 80, 80, 80, 80, 80]
     assert limits.min_voltage[2] == pytest.approx(11.0)
     assert np.isfinite(limits.max_voltage).all()
@@ -127,13 +128,14 @@ def test_the_stricter_of_two_current_limits_counts() -> None:
     arm = load_arm("viperx_300s")
     stepped = SteppedArm(arm)
     stepped.by_id[3].memory.store("Current Limit", 1000)  # a shadow
-    facts = read_facts(ServoGroup(stepped.bus, arm.servo))
-    limits = with_servo_limits(CommandLimits.of(arm, 0.005), facts)
+    moving = [servo for servo in arm.servo if servo.joint in arm.joint_names]
+    facts = read_facts(ServoGroup(stepped.bus, moving))
+    limits = with_servo_limits(CommandLimits.of(arm, 0.005), facts, arm, arm.rest)
     assert limits.max_current[1] == pytest.approx(2.69)
     assert limits.max_current[2] == pytest.approx(2047 * 2.69e-3)
-    koch = SteppedArm(load_arm("koch"))
-    facts = read_facts(ServoGroup(koch.bus, koch.description.servo))
-    limits = with_servo_limits(CommandLimits.of(koch.description, 0.005), facts)
+    arm = load_arm("koch")
+    facts = read_facts(ServoGroup(SteppedArm(arm).bus, arm.leaders))
+    limits = with_servo_limits(CommandLimits.of(arm, 0.005), facts, arm, arm.rest)
     assert np.isnan(limits.max_current[:2]).all()  # XL430 measure none
     assert limits.max_current[2] == pytest.approx(1.75)
 
