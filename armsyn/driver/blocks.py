@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from armsyn.driver import registers as reg
 from armsyn.driver.parser import StatusPacket
-from armsyn.driver.plans import Kind, ReadPlan
+from armsyn.driver.plans import Kind, ReadPlan, bulk_plan
 from armsyn.driver.registers import AX, MX1, XL320, Layout, X
 from armsyn.driver.servos import ServoGroup
 
@@ -180,7 +180,9 @@ def state_plans(group: ServoGroup, *, fast: bool = True) -> tuple[ReadPlan, ...]
     group : ServoGroup
         Its firmware known, where fast reads are wanted.
     fast : bool
-        Whether servos may answer with one packet together, where all of a family can.
+        Whether servos may answer with one packet together, where all of a family can; and MX of
+        protocol 1.0, alone of their protocol, one after the other to a bulk read (e-Manual,
+        Protocol 1.0, "Bulk Read"), in which a lost answer costs those after it.
 
     Returns
     -------
@@ -191,7 +193,11 @@ def state_plans(group: ServoGroup, *, fast: bool = True) -> tuple[ReadPlan, ...]
         ids = tuple(i for i in group.ids if group.models[i].layout is layout)
         if not ids:
             continue
-        together = fast and len(ids) > 1 and all(group.reads_fast(i) for i in ids)
+        several = fast and len(ids) > 1
+        if layout is MX1 and several:
+            plans.append(bulk_plan(dict.fromkeys(ids, (block.address, block.size)), 1))
+            continue
+        together = several and all(group.reads_fast(i) for i in ids)
         kind: Kind = "single" if layout in (MX1, AX) else "fast" if together else "sync"
         plans.append(ReadPlan(kind, group.bus.protocols[ids[0]], block.address, block.size, ids))
     return tuple(plans)

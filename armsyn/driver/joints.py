@@ -41,8 +41,8 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 FAST_LOSSES = 3.0
-"""Incomplete cycles of late after which fast reads, of which a damaged byte takes all that follow,
-give way to sync reads, of which it takes one servo's."""
+"""Incomplete cycles of late after which fast and bulk reads, of which a damaged byte takes all that
+follow, give way to sync and single reads, of which it takes one servo's."""
 
 _LOSS_MEMORY = 0.99
 """What is left of a count of losses a cycle later."""
@@ -308,9 +308,11 @@ class JointGroup:
         return True
 
     def _count_losses(self, *, complete: bool) -> None:
-        """Do without fast reads when too many of them are cut short."""
+        """Do without fast and bulk reads when too many of them are cut short."""
         self._losses = _LOSS_MEMORY * self._losses + (not complete)
-        if self._losses > FAST_LOSSES and any(plan.kind == "fast" for plan in self._plans):
+        if self._losses > FAST_LOSSES and any(
+            plan.kind in ("fast", "bulk") for plan in self._plans
+        ):
             self._plans = state_plans(self._present, fast=False)
 
     def _convert(self) -> None:

@@ -1,9 +1,11 @@
 """Blocks that are read in one go: where they lie, how they are decoded, and when they are fast."""
 
+import re
 import struct
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from armsyn.arm import ArmDescription, load_arm
 from armsyn.driver import Ending
@@ -11,10 +13,12 @@ from armsyn.driver import registers as reg
 from armsyn.driver.blocks import HEALTH_BLOCKS, STATE_BLOCKS, Health, state_plans
 from armsyn.driver.joints import watched_servos
 from armsyn.driver.parser import StatusPacket
+from armsyn.driver.path import straight_way
 from armsyn.driver.registers import AX, LAYOUTS, MX1, XL320, Layout, X
 from armsyn.driver.servos import ServoGroup
 from tests.driver.stepped import SteppedArm, without
 
+MX_IDS = (7, 8)
 IN_STATE = {
     X: ("Present Current", "Present Velocity", "Present Position"),
     XL320: ("Present Velocity", "Present Position"),
@@ -149,6 +153,42 @@ def test_a_good_line_is_read_fast_throughout(stepped: SteppedArm) -> None:
     stepped.bus.serial_port.written.clear()
     session.run(stepped.way(0.3))
     assert set(instructions(stepped)) == {0x8A}
+
+
+def with_two_mx() -> ArmDescription:
+    """ViperX-300s with two MX-28 of protocol 1.0 for a wrist."""
+    arm = load_arm("viperx_300s")
+    mx = {"model": "mx-28", "protocol": 1, "drive_mode": 0}
+    servos = (replace(servo, **mx) if servo.id in MX_IDS else servo for servo in arm.servo)
+    return replace(arm, servo=tuple(servos))
+
+
+def bulk_reads(stepped: SteppedArm) -> list[bool]:
+    """Whether the states of the MX were read in bulk, cycle by cycle (instructions 0x92, 2)."""
+    request = re.compile(rb"\xff\xff(?:\xfe.(\x92)\x00|[\x07\x08]\x04\x02\x24\x08)", re.DOTALL)
+    return [
+        match[1] is not None
+        for packet in stepped.bus.serial_port.written
+        for match in request.finditer(packet)
+    ]
+
+
+def test_mx_of_protocol_1_are_read_in_bulk_until_the_line_is_bad() -> None:
+    stepped = SteppedArm(with_two_mx())
+    session = stepped.session(50.0, accept_no_watchdog=True)
+    change = np.zeros(6)
+    change[5] = 0.8
+    arm = stepped.description
+    stepped.bus.serial_port.written.clear()
+    out = straight_way(arm.rest, arm.rest + change, arm, 50.0)
+    assert session.run(out).ending is Ending.COMPLETED
+    np.testing.assert_allclose(stepped.positions(), arm.rest + change, atol=0.02)
+    assert all(bulk_reads(stepped))
+    count = iter(range(10**6))
+    stepped.damage = lambda data: data[:-1] if next(count) % 23 == 0 else data
+    back = straight_way(session.read_posture(), arm.rest, arm.slowed(3.0), 50.0)
+    assert session.run(back).ending is Ending.COMPLETED
+    assert not any(bulk_reads(stepped)[-10:])
 
 
 def test_temperatures_and_voltages_come_with_the_states(stepped: SteppedArm) -> None:
