@@ -10,6 +10,9 @@ import click
 
 from armsyn.experiments import EXPERIMENTS
 
+MOST_ROWS = 40
+"""Of a table on a terminal; longer ones are in the files."""
+
 if TYPE_CHECKING:
     from armsyn.experiments.settings import Budget
     from armsyn.experiments.tables import Report
@@ -83,6 +86,9 @@ def _show(report: Report, written: list[Path]) -> None:
     for note in report.notes:
         console.print(note.replace("**", ""), highlight=False, markup=False)
     for table in report.tables:
+        if len(table.rows) > MOST_ROWS:
+            console.print(f"{table.title}: {len(table.rows)} rows, in {report.name}.md or .json")
+            continue
         shown = Table(title=table.title)
         for column in table.columns:
             is_number = bool(column.form)

@@ -10,5 +10,6 @@ EXPERIMENTS = {
     "fig5": "Hand speed: captured, raw, with synergy.",
     "fig6": "One reach of either set, superposed and animated (GIF; MP4 where ffmpeg is).",
     "twosubjects": "192 motions of two persons.",
+    "neighbours": "Learned sets on other targets of the same person; the fewest that serve all.",
 }
 """Each experiment, a module of this package, with what it is."""

@@ -142,8 +142,6 @@ def learn_each(
     found = {}
     for ik, model in pairs:
         fitted = fit(prepared.arm, prepared.trainings, ik, model, options, report)
-        if fitted.interrupted:
-            raise KeyboardInterrupt
         rate = options.rate_of(ik)
         found[ik, model] = Learned(prepared, ik, model, rate, fitted.parameters, fitted.scores)
     return found

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 from armsyn.motion.formats.files import replacing
 
 SCHEMA = "armsyn-experiment-1"
+MOST_ROWS = 100
+"""Of a table for people; longer ones are in the JSON file only."""
 Value = str | int | float | None
 
 
@@ -81,6 +83,8 @@ class Table:
 
     def as_markdown(self) -> str:
         """Markdown, its columns padded so that it reads as text, too."""
+        if len(self.rows) > MOST_ROWS:
+            return f"## {self.title}\n\n{len(self.rows)} rows, in the JSON file.\n"
         lines = [[column.heading for column in self.columns], *self.shown()]
         widths = [max(map(len, texts)) for texts in zip(*lines, strict=True)]
         numeric = [bool(column.form) for column in self.columns]
