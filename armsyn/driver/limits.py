@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,10 +12,11 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription
 from armsyn.driver.facts import ServoFacts
 from armsyn.driver.models import servo_model
+from armsyn.driver.path import Path
 from armsyn.driver.registers import LAST_TICK, POSITION_MODE, VOLTAGE_UNIT
 from armsyn.errors import LimitError
 from armsyn.motion import Motion
-from armsyn.safety import CommandLimits
+from armsyn.safety import CommandLimits, check_commands
 
 FloatArray = NDArray[np.float64]
 
@@ -72,6 +74,46 @@ def _range(servo: ServoFacts) -> tuple[int, int, str]:
     if servo.servo.protocol == 1:
         return -_MX1_HIGHEST, _MX1_HIGHEST, "its multi-turn mode"
     return _LOWEST, _HIGHEST, "its extended position mode"
+
+
+def check_streamed(motion: Motion, start: FloatArray, limits: CommandLimits) -> FloatArray:
+    """Refuse a motion whose ticks would be refused on the way, as where its samples are too few.
+
+    Parameters
+    ----------
+    motion : Motion
+        Checked; angles of shape (frames, n), rad.
+    start : array, shape (n,)
+        Where the goals stand, rad.
+    limits : CommandLimits
+        Of the stream.
+
+    Returns
+    -------
+    array, shape (n,)
+        Where the goals stand afterwards, rad.
+
+    Raises
+    ------
+    LimitError
+        The message names joint, time and the motion's row.
+    """
+    path = Path(motion, start=start)
+    ticks = math.ceil(path.duration / limits.period)
+    commands = np.array([path.at(tick * limits.period) for tick in range(ticks + 1)])
+    refused = check_commands(commands, limits)
+    if refused is None:
+        return np.asarray(commands[-1])
+    tick, refusal = refused
+    time = min(tick * limits.period, path.duration)
+    row = min(int(np.searchsorted(motion.time - motion.time[0], time)), len(motion.time) - 1)
+    raise LimitError(
+        f"{refusal} at {time:.3f} s (row {row} of {len(motion.time)}): the samples are too far"
+        " apart there, or too fast; give more of them, or slow the motion down",
+        refusal.joint,
+        refusal.value,
+        refusal.limit,
+    )
 
 
 def with_servo_limits(

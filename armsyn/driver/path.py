@@ -47,7 +47,7 @@ class Path:
         With angles, rad.
     start : array, shape (n,), optional
         Where the goals stand, rad. The difference to the motion's start fades away over the
-        first 0.25 s instead of being a jump.
+        first 0.25 s instead of being a jump; a shorter motion is waited for at its end.
 
     Attributes
     ----------
@@ -63,11 +63,12 @@ class Path:
         self._slopes = _monotone_slopes(self._time, motion.angles)
         self.duration = float(self._time[-1])
         self._offset = None if start is None else start - motion.angles[0]
-        self._blend = min(BLEND, 0.5 * self.duration)
+        if self._offset is not None and self._offset.any():
+            self.duration = max(self.duration, BLEND)
 
     def at(self, path_time: float) -> FloatArray:
         """Posture at a path time, shape (n,), rad; before and after, the ends."""
-        t = min(max(path_time, 0.0), self.duration)
+        t = min(max(path_time, 0.0), float(self._time[-1]))
         k = min(int(np.searchsorted(self._time, t, side="right")), self._time.size - 1)
         h = self._time[k] - self._time[k - 1]
         u = (t - self._time[k - 1]) / h
@@ -75,8 +76,8 @@ class Path:
         posture += u**2 * (3.0 - 2.0 * u) * self._angles[k]
         posture += h * u * (1.0 - u) ** 2 * self._slopes[k - 1]
         posture -= h * u**2 * (1.0 - u) * self._slopes[k]
-        if self._offset is not None and t < self._blend:
-            posture += self._offset * (1.0 - minimum_jerk(t / self._blend))
+        if self._offset is not None and path_time < BLEND:
+            posture += self._offset * (1.0 - minimum_jerk(path_time / BLEND))
         return np.asarray(posture)
 
 
@@ -87,8 +88,7 @@ def _monotone_slopes(time: FloatArray, values: FloatArray) -> FloatArray:
     same = before * after > 0.0
     total = np.where(same, before + after, 1.0)
     slopes[1:-1] = np.where(same, 2.0 * before * after / total, 0.0)
-    slopes[0], slopes[-1] = secants[0], secants[-1]
-    return slopes
+    return slopes  # 0 at both ends: an arm is at rest before and after
 
 
 class PathTime:

@@ -15,7 +15,7 @@ from armsyn.driver.facts import ServoFacts, read_facts
 from armsyn.driver.gravity import LeadSettings
 from armsyn.driver.gravity_facts import make_lead, read_lead_settings
 from armsyn.driver.joints import JointGroup
-from armsyn.driver.limits import check_position_limits, with_servo_limits
+from armsyn.driver.limits import check_position_limits, check_streamed, with_servo_limits
 from armsyn.driver.log import MOST_ROWS, StreamLog
 from armsyn.driver.path import Path, straight_way
 from armsyn.driver.profiles import streaming_profiles
@@ -127,7 +127,8 @@ class ArmRun:
         Raises
         ------
         LimitError
-            The trajectory leaves the servos' own position limits; nothing has changed.
+            The trajectory leaves the servos' own position limits, or would be refused at one of its
+            ticks; nothing has changed.
         StopRequestedError
             A stop was asked for before torque; nothing has changed.
         ArmFaultError
@@ -143,6 +144,7 @@ class ArmRun:
         for motion in (self.trajectory, self.park):
             if isinstance(motion, Motion):
                 check_position_limits(motion, self._facts, self.arm)
+        self._check_ticks()
         log, lead = self._make_log(), self._read_lead_settings()
         self._heed_stop()
         self.streamer = streamer = self._power_up(log, lead)
@@ -157,6 +159,17 @@ class ArmRun:
             self._hold(streamer, error)
             _say_also(error, self._left())
             raise
+
+    def _check_ticks(self) -> None:
+        """Refuse a motion that would be a fault on its way, before it begins; LimitError."""
+        chain, leaders = self.arm.chain, self._leaders
+        here = self.arm.calibration.to_radians([servo.present_position for servo in leaders])
+        start = np.clip(here, chain.lower, chain.upper)
+        limits = CommandLimits.of(self.arm, 1.0 / self.rate_hz, start)
+        limits = with_servo_limits(limits, self._facts, self.arm, start)
+        for motion in (self.trajectory, self.park):
+            if isinstance(motion, Motion):
+                start = check_streamed(motion, start, limits)
 
     def _left(self) -> str:
         """What a fault leaves, for its message."""

@@ -1,7 +1,12 @@
 """What an arm may do: pure functions that allow a motion or a command, or say why not."""
 
 from armsyn.safety.collision import MARGIN, Clearances, Closest, check_collision, closest
-from armsyn.safety.command import check_command, check_following, check_rates
+from armsyn.safety.command import (
+    check_command,
+    check_commands,
+    check_following,
+    check_rates,
+)
 from armsyn.safety.limits import CommandLimits
 from armsyn.safety.load import averaged_current, check_load, warm_joints
 from armsyn.safety.state import TickState
@@ -19,6 +24,7 @@ __all__ = [
     "averaged_current",
     "check_collision",
     "check_command",
+    "check_commands",
     "check_following",
     "check_load",
     "check_rates",

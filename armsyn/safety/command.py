@@ -104,6 +104,37 @@ def check_rates(
     )
 
 
+def check_commands(commands: FloatArray, limits: CommandLimits) -> tuple[int, LimitError] | None:
+    """Whether a stream of commands, from rest to rest, will pass `check_command` and `check_rates`.
+
+    Parameters
+    ----------
+    commands : array, shape (m, n)
+        A period apart, rad; the first is where the goals stand.
+    limits : CommandLimits
+
+    Returns
+    -------
+    tuple of int and LimitError, or None
+        The first row that will not, and why; rows from m on are of the rest afterwards.
+    """
+    rows = np.concatenate([commands[:1]] * 3 + [commands] + [commands[-1:]] * 3)
+    step, bend, twist = (np.diff(rows, order, axis=0)[3 - order :] for order in (1, 2, 3))
+    allowed = (
+        (rows[3:] >= limits.lower - POSITION_TOLERANCE)
+        & (rows[3:] <= limits.upper + POSITION_TOLERANCE)
+        & (np.abs(step) <= limits.max_step)
+        & (np.abs(bend) <= limits.max_bend)
+        & (np.abs(twist) <= limits.max_twist)
+    ).all(axis=1)
+    for row in np.flatnonzero(~allowed).tolist():
+        wanted, before = rows[row + 3], rows[row : row + 3]
+        refusal = check_command(wanted, before[-1], limits) or check_rates(wanted, before, limits)
+        if refusal is not None:
+            return row, refusal
+    return None
+
+
 def check_following(
     commanded: FloatArray,
     measured: FloatArray,

@@ -17,6 +17,7 @@ from armsyn.errors import (
     LimitError,
     PortLostError,
 )
+from armsyn.motion import Motion
 from firmware_sim.firmware.codes import HardwareError
 from tests.driver.stepped import SteppedArm, without
 
@@ -327,6 +328,32 @@ def test_a_goal_the_servo_would_refuse_is_not_sent(stepped: SteppedArm) -> None:
     with pytest.raises(LimitError, match=r"servo 4 \(elbow_flexion\) would be sent to tick"):
         session.run(stepped.way(*LARGE))
     assert stepped.torque() == OFF
+
+
+def sampled(stepped: SteppedArm, step: float, *elbow: float) -> Motion:
+    """Motion of the elbow through these changes from rest, `step` seconds apart."""
+    arm = stepped.description
+    angles = np.tile(arm.rest, (len(elbow), 1))
+    angles[:, 3] += elbow
+    time = step * np.arange(len(elbow))
+    return Motion(time=time, joint_names=arm.joint_names, angles=angles)
+
+
+def test_a_motion_of_few_samples_is_followed(stepped: SteppedArm) -> None:
+    way = sampled(stepped, 0.2, 0.0, 0.2, 0.4, 0.6, 0.6)
+    assert stepped.session().run(way).ending is Ending.COMPLETED
+
+
+@pytest.mark.fault(31)
+def test_a_motion_that_would_be_a_fault_between_its_samples_is_refused(
+    stepped: SteppedArm,
+) -> None:
+    """1.1 rad in 0.5 s are within 2.45 rad/s on average, but from rest to rest not at most."""
+    session = stepped.session()
+    with pytest.raises(LimitError, match=r"elbow_flexion: .* s \(row 1 of 3\): .* more of them"):
+        session.run(sampled(stepped, 0.5, 0.0, 1.1, 1.1))
+    assert stepped.torque() == OFF
+    assert session.fault is None
 
 
 @pytest.mark.fault(42)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from armsyn.driver import Ending, power, run
-from armsyn.driver.path import Path
+from armsyn.driver.course import PathCourse
+from armsyn.driver.joints import JointState
 from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import ArmFaultError, CommandFaultError, HardwareFaultError, PortLostError
 from tests.driver.stepped import SteppedArm, deafen, without
@@ -123,9 +124,14 @@ def test_the_time_torque_takes_is_no_silence(
 def test_a_goal_that_must_not_be_sent_is_a_fault_of_the_arm(
     stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, wrong: float
 ) -> None:
-    at: Callable[[Path, float], np.ndarray] = Path.at
+    advance: Callable[[PathCourse, JointState | None], np.ndarray] = PathCourse.advance
     spoil = np.array([0.0, 0.0, wrong, 0.0, 0.0, 0.0, 0.0])
-    monkeypatch.setattr(Path, "at", lambda path, t: at(path, t) + (spoil if t > 0.3 else 0.0))
+
+    def spoilt(course: PathCourse, state: JointState | None) -> np.ndarray:
+        posture = advance(course, state)
+        return posture + (spoil if course.now > 0.3 else 0.0)
+
+    monkeypatch.setattr(PathCourse, "advance", spoilt)
     session = stepped.session()
     with pytest.raises(CommandFaultError, match="joint shoulder_rotation: the command") as caught:
         session.run(stepped.way(*LARGE))

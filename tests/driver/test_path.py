@@ -56,6 +56,20 @@ def test_the_start_fades_into_the_path() -> None:
     assert path.at(BLEND)[0] == 0.0
 
 
+def test_a_path_begins_and_ends_at_rest() -> None:
+    path = Path(motion([0.0, 0.1, 0.3, 0.4]))
+    for end in (0.0, 0.3):
+        assert abs(path.at(end + 1e-4)[0] - path.at(end - 1e-4)[0]) < 1e-6
+
+
+def test_a_short_motion_is_blended_into_as_slowly_as_a_long_one() -> None:
+    path = Path(motion([0.0, 0.0]), start=np.array([0.04]))
+    assert path.duration == BLEND
+    assert path.at(BLEND / 2)[0] == pytest.approx(0.02)
+    assert path.at(BLEND)[0] == 0.0
+    assert Path(motion([0.0, 0.0]), start=np.zeros(1)).duration == pytest.approx(0.1)
+
+
 def test_path_time_runs_like_time_until_it_is_stopped() -> None:
     path_time = PathTime()
     for _ in range(100):

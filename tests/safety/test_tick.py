@@ -21,6 +21,7 @@ from armsyn.safety import (
     CommandLimits,
     TickState,
     averaged_current,
+    check_commands,
     check_load,
     check_rates,
     judge_tick,
@@ -302,3 +303,17 @@ def test_currents_are_averaged() -> None:
         average = averaged_current(average, np.array([1.0, 2.0]), 0.005)
     np.testing.assert_allclose(average, [1.0 - np.exp(-1.0), 2.0], atol=0.005)
     np.testing.assert_array_equal(averaged_current(average, np.full(2, np.nan), 0.005), average)
+
+
+@given(st.lists(st.tuples(steps, steps), max_size=12))
+def test_a_whole_stream_is_refused_where_its_ticks_are(moves: list[tuple[float, float]]) -> None:
+    stream = np.cumsum([(0.0, 0.0), *(0.2 * np.array(move) for move in moves)], axis=0)
+    rows = [stream[0]] * 3 + [*stream] + [stream[-1]] * 3
+    refused = None
+    for row in range(len(rows) - 3):
+        before = np.array(rows[row : row + 3])
+        if judge_tick(state_of(before), rows[row + 3], LIMITS).command is None:
+            refused = row
+            break
+    found = check_commands(stream, LIMITS)
+    assert (found and found[0]) == refused
