@@ -130,11 +130,14 @@ class _Setup:
 
     def _connected(self, servo: ServoDescription) -> bool:
         """Ask for a servo to be connected, unless it is the only one and --yes says it is."""
+        from armsyn.driver.models import a_model
+
         if self._options["yes"] and len(self._servos) == 1:
             return True
         answer = self._person.ask(
-            f"Switch the power off, connect only the servo for {servo.joint} (a {servo.model}, to"
-            f" become ID {servo.id}), switch it on, and press Enter (s: leave it out)"
+            f"Switch the power off, connect only the servo for {servo.joint}"
+            f" ({a_model(servo.model)}, to become ID {servo.id}), switch it on, and press"
+            " Enter (s: leave it out)"
         )
         return answer not in ("s", "skip")
 
@@ -175,11 +178,13 @@ class _Setup:
         from rich.console import Console
 
         from armsyn.cli.setup_changes import changes_table
+        from armsyn.driver.models import a_model
 
         found = plan.image.found
         self._person.say(
-            f"{plan.title}: a {found.model}, firmware {plan.image.registers['Firmware Version']},"
-            f" found as ID {found.servo_id} at {found.baud} baud, protocol {found.protocol}.0"
+            f"{plan.title}: {a_model(found.model)}, firmware"
+            f" {plan.image.registers['Firmware Version']}, found as ID"
+            f" {found.servo_id} at {found.baud} baud, protocol {found.protocol}.0"
         )
         if plan.changes:
             Console(stderr=True).print(changes_table(plan.changes))

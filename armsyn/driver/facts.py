@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from armsyn.arm import ServoDescription
 from armsyn.driver import registers as reg
-from armsyn.driver.models import model_name
+from armsyn.driver.models import a_model, model_name
 from armsyn.driver.plans import ReadPlan
 from armsyn.driver.servos import ServoGroup, title_of
 from armsyn.errors import (
@@ -137,8 +137,8 @@ def check_model(group: ServoGroup, servo: ServoDescription, number: int, arm: st
     """Refuse a servo that answers with another model number; ServoMismatchError."""
     if number != group.models[servo.id].number:
         raise ServoMismatchError(
-            f"{group.title(servo.id)} on {group.bus.port_name} is a {model_name(number)}, {arm}"
-            f" has a {servo.model} there: check the ID or the description"
+            f"{group.title(servo.id)} on {group.bus.port_name} is {a_model(model_name(number))},"
+            f" {arm} has {a_model(servo.model)} there: check the ID or the description"
         )
 
 

@@ -153,7 +153,19 @@ def find_number(number: int) -> ServoModel | None:
     return _BY_NUMBER.get(number)
 
 
+_NUMBERED = "model number"
+
+
 def model_name(number: int) -> str:
     """Name of a model number, for messages: ``model number 17`` when unknown."""
     model = find_number(number)
-    return model.name if model is not None else f"model number {number}"
+    return model.name if model is not None else f"{_NUMBERED} {number}"
+
+
+def a_model(name: str) -> str:
+    """Return a model's name with its article, for messages: ``an xm430-w350``, ``an ax-12a``."""
+    if name == "unknown":
+        return "an unknown model"
+    if name.startswith(_NUMBERED):
+        return name
+    return f"an {name}" if name.startswith(("a", "m", "x")) else f"a {name}"  # spelled out

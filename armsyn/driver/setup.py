@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from armsyn.arm import ArmDescription, ServoDescription
 from armsyn.driver.eeprom import EepromImage, check_limp, read_eeprom
-from armsyn.driver.models import servo_model
+from armsyn.driver.models import a_model, servo_model
 from armsyn.driver.scan import BAUD_RATES, FoundServo, ScanProgress, ScanResult, restored_baud, scan
 from armsyn.driver.servos import title_of
 from armsyn.driver.setup_plan import Change, changes_of, wanted_settings
@@ -129,9 +129,9 @@ def _check_model(bus: Bus, servo: ServoDescription, found: FoundServo) -> None:
     model = servo_model(servo.model, servo.protocol)
     if found.model_number is not None and found.model_number != model.number:
         raise ServoMismatchError(
-            f"servo {found.servo_id} on {bus.port_name} is a {found.model}, {servo.joint} needs a"
-            f" {servo.model} that speaks protocol {servo.protocol}: connect the right one, or"
-            " correct the description; nothing was written"
+            f"servo {found.servo_id} on {bus.port_name} is {a_model(found.model)},"
+            f" {servo.joint} needs {a_model(servo.model)} that speaks protocol {servo.protocol}:"
+            " connect the right one, or correct the description; nothing was written"
         )
 
 

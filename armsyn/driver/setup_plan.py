@@ -9,7 +9,7 @@ from armsyn.arm import ArmDescription, ServoDescription
 from armsyn.driver import registers as reg
 from armsyn.driver.checks import LARGEST_HOMING_OFFSET
 from armsyn.driver.eeprom import PLACE, STATUS_RETURN_LEVEL, EepromImage, row_of
-from armsyn.driver.models import ServoModel
+from armsyn.driver.models import ServoModel, a_model
 from armsyn.errors import DescriptionError
 
 X_BAUD_CODES = {
@@ -78,7 +78,7 @@ def baud_code(model: ServoModel, baud: int) -> int:
         code = round(_CLASSIC_CLOCK / baud) - 1  # e-Manual, AX-12A, "Baud Rate(4)"
         if 1 <= code <= 207 and abs(_CLASSIC_CLOCK / (code + 1) - baud) <= _BAUD_TOLERANCE * baud:
             return code
-    raise DescriptionError(f"a {model.name} has no baud rate of {baud} bit/s")
+    raise DescriptionError(f"{a_model(model.name)} has no baud rate of {baud} bit/s")
 
 
 def wanted_settings(

@@ -14,7 +14,7 @@ from armsyn.driver.eeprom import (
     read_eeprom,
 )
 from armsyn.driver.eeprom_file import Backup, Reach, ServoBackup
-from armsyn.driver.models import find_number, model_name
+from armsyn.driver.models import a_model, find_number, model_name
 from armsyn.driver.scan import FoundServo
 from armsyn.driver.setup_plan import Change, changes_of, place_last
 from armsyn.driver.setup_write import check_vacant, destination
@@ -102,7 +102,7 @@ def _check_registers(servo: ServoBackup, path: Path) -> None:
         if name == STATUS_RETURN_LEVEL and name not in rows:
             continue  # in RAM, where the power-on value is right
         if name not in rows:
-            raise FormatError(f"{path}: a {servo.model} has no {name} in its EEPROM")
+            raise FormatError(f"{path}: {a_model(servo.model)} has no {name} in its EEPROM")
         try:
             rows[name].encode(value)
         except OverflowError as error:
@@ -154,8 +154,8 @@ def _check_identity(bus: Bus, backup: ServoBackup, found: FoundServo, path: Path
     if found.model_number != backup.model_number:
         there = "unknown" if found.model_number is None else model_name(found.model_number)
         raise ServoMismatchError(
-            f"servo {found.servo_id} on {bus.port_name} is a {there}, {path} is of a"
-            f" {backup.model}: nothing was written"
+            f"servo {found.servo_id} on {bus.port_name} is {a_model(there)}, {path} is of"
+            f" {a_model(backup.model)}: nothing was written"
         )
 
 

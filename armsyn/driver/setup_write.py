@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from armsyn.driver.eeprom import EepromImage, check_limp, read_eeprom, row_of
+from armsyn.driver.models import a_model
 from armsyn.driver.protocol import MAXIMUM_ID as LAST_ID
 from armsyn.driver.scan import CLASSIC_BAUD_RATES, X_BAUD_RATES, FoundServo
 from armsyn.driver.scan_probe import Probe
@@ -60,7 +61,7 @@ def _baud_of(image: EepromImage, code: int) -> int:
         with contextlib.suppress(DescriptionError):
             if baud_code(image.model, baud) == code:
                 return baud
-    raise DescriptionError(f"code {code} is no baud rate of a {image.model.name}")
+    raise DescriptionError(f"code {code} is no baud rate of {a_model(image.model.name)}")
 
 
 def check_vacant(bus: Bus, image: EepromImage, target: FoundServo, title: str) -> None:
@@ -185,7 +186,7 @@ def _refused(
     reads = "cannot be read" if value is None else f"reads {value}"
     return HardwareFaultError(
         f"{title} does not take {change.wanted} as its {change.name} (register"
-        f" {change.register.address} {reads}): a {image.model.name} with firmware"
+        f" {change.register.address} {reads}): {a_model(image.model.name)} with firmware"
         f" {image.registers['Firmware Version']} may not know it; settings before it are written",
         servo_id,
     )

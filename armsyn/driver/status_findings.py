@@ -13,7 +13,7 @@ from typing import Literal
 
 from armsyn.driver import registers as reg
 from armsyn.driver.checks import LARGEST_HOMING_OFFSET, PAIR_TOLERANCE_TICKS, cure_of_error
-from armsyn.driver.models import model_name
+from armsyn.driver.models import a_model, model_name
 from armsyn.driver.power import GOAL_TOLERANCE_TICKS
 from armsyn.driver.status import ArmStatus, ServoStatus
 from armsyn.driver.timing import SHORTEST_LATENCY
@@ -106,9 +106,9 @@ def _of_servo(servo: ServoStatus, status: ArmStatus) -> Iterator[Finding]:
         yield _problem(servo, "no reply", cure)
         return
     if servo.model is None or servo.model.name != described.model:
-        is_a = model_name(servo.number or 0)
+        is_a = a_model(model_name(servo.number or 0))
         cure = "check the ID, or the model in the description"
-        yield _problem(servo, f"is a {is_a}, described as {described.model}", cure)
+        yield _problem(servo, f"is {is_a}, described as {described.model}", cure)
     if servo.model is None:
         return
     if "Present Position" not in servo.values:
@@ -296,7 +296,7 @@ def _strangers(status: ArmStatus) -> Iterator[Finding]:
         yield Finding(
             "note",
             f"servo {servo_id}",
-            f"a {model_name(number)} that {status.arm.name} does not have",
+            f"{a_model(model_name(number))} that {status.arm.name} does not have",
             "is it the right arm (--arm), and the right ID?",
         )
 

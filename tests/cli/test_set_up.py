@@ -183,7 +183,7 @@ def test_ctrl_c_while_it_writes_is_met_after_the_servo(
 def test_refusals_are_one_line(call: Call, lone: RunningSimulator, folder: Path) -> None:
     where = ("--port", lone.port, "--calibration", folder, "--yes")
     call("setup", "--arm", "koch", *where, "--servo", 4, "--baud", FOUND_AT).refused(
-        3, "is a xl430-w250", "nothing was written"
+        3, "is an xl430-w250", "nothing was written"
     )
     call("setup", "--arm", "koch", *where, "--servo", 44).refused(2, "--servo 44", "1, 2, 3")
     call("setup", "--arm", "hug_mp4", "--port", lone.port).refused(2, "no servos")

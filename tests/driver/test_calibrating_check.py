@@ -94,7 +94,7 @@ def test_another_model_and_a_missing_servo_are_problems(
     calibration = by_rest(calibrator)
     others = [msgspec.structs.replace(omx.servo[0], model="xm430-w210"), *omx.servo[1:]]
     (problem,) = check_calibration(arm_bench(tmp_path, others), omx, calibration).problems
-    assert "is a xm430-w210" in problem
+    assert "is an xm430-w210" in problem
     (problem,) = check_calibration(arm_bench(tmp_path, omx.servo[1:]), omx, calibration).problems
     assert "no answer from servo 11" in problem
     koch = load_arm("koch", calibrated=False)

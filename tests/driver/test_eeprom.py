@@ -3,7 +3,7 @@
 import pytest
 
 from armsyn.driver.eeprom import eeprom_rows
-from armsyn.driver.models import MODELS, servo_model
+from armsyn.driver.models import MODELS, a_model, model_name, servo_model
 from armsyn.driver.registers import LAYOUTS
 from armsyn.driver.setup_plan import baud_code
 from armsyn.errors import (
@@ -68,3 +68,18 @@ def test_baud_codes_of_the_manual(model: str, protocol: int, baud: int, code: in
 def test_rates_that_a_model_lacks_are_refused(model: str, protocol: int, baud: int) -> None:
     with pytest.raises(DescriptionError, match="no baud rate"):
         baud_code(servo_model(model, protocol), baud)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("xm430-w350", "an xm430-w350"),
+        ("ax-12a", "an ax-12a"),
+        ("mx-28", "an mx-28"),
+        ("2xl430-w250", "a 2xl430-w250"),
+        ("unknown", "an unknown model"),
+        (model_name(4711), "model number 4711"),
+    ],
+)
+def test_models_have_their_article(name: str, said: str) -> None:
+    assert a_model(name) == said

@@ -114,7 +114,7 @@ def test_nobody_is_there(stepped: SteppedArm) -> None:
 def test_another_model_is_not_read_as_this_one(human7: ArmDescription) -> None:
     servos = [replace(s, model="xm430-w350") if s.id == 2 else s for s in human7.servo]
     stepped = SteppedArm(replace(human7, servo=tuple(servos)))
-    with pytest.raises(ServoMismatchError, match=r"servo 2 .* is a xm430-w350"):
+    with pytest.raises(ServoMismatchError, match=r"servo 2 .* is an xm430-w350"):
         ArmMonitor.attach(stepped.bus, human7)
 
 

@@ -62,7 +62,7 @@ def test_another_model(human7: ArmDescription) -> None:
     with pytest.raises(ServoMismatchError) as caught:
         stepped.session()
     assert "servo 2 (shoulder_abduction)" in str(caught.value)
-    assert "is a xm430-w350, human7 has a xm540-w270 there" in str(caught.value)
+    assert "is an xm430-w350, human7 has an xm540-w270 there" in str(caught.value)
 
 
 def store(register: str, value: int) -> Callable[[Servo], None]:

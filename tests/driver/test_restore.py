@@ -99,7 +99,7 @@ def backup_of(tmp_path: Path, *models: str) -> Path:
 def test_another_model_is_not_restored(tmp_path: Path) -> None:
     path = backup_of(tmp_path, "xl430-w250")
     bus = bench("xm430-w350:1")
-    with pytest.raises(ServoMismatchError, match="is a xm430-w350"):
+    with pytest.raises(ServoMismatchError, match="is an xm430-w350"):
         plan_restore(bus, read_backup(path), path)
 
 

@@ -143,8 +143,8 @@ def test_a_servo_that_speaks_protocol_1_is_taught_2(widowx: ArmDescription) -> N
         (("xm430-w350:1", "xm430-w350:2"), (), "2 servos answer"),
         (("xm430-w350:1", "ax-12a:2"), (), "2 servos answer"),
         (("xm430-w350:1", "xl430-w250:3"), ("duplicate-id:id=3,as=1",), "two servos of that ID"),
-        (("xl430-w250:1",), (), "is a xl430-w250, waist needs a xm430-w350"),
-        (("mx-28:1",), (), "is a mx-28"),
+        (("xl430-w250:1",), (), "is an xl430-w250, waist needs an xm430-w350"),
+        (("mx-28:1",), (), "is an mx-28"),
     ],
 )
 def test_whoever_is_not_alone_or_another_is_refused(
