@@ -50,8 +50,8 @@ def _show(path: Path, calibration: ArmCalibration, found: CheckedArm) -> None:
                 str(servo.calibration.id),
                 servo.calibration.joint,
                 str(servo.present),
-                f"{math.degrees(servo.angle):.1f}",
-                f"{math.degrees(servo.angle - servo.rest):+.1f}",
+                f"{math.degrees(servo.angle):z.1f}",
+                f"{math.degrees(servo.angle - servo.rest):+z.1f}",
             )
         Console().print(table)
     for problem in found.problems:

@@ -32,7 +32,7 @@ class Dialogue:
         from armsyn.driver.calibrating import rest_angles
 
         for joint, angle in rest_angles(self.calibrator.arm).items():
-            self._person.say(f"  {joint}: {math.degrees(angle):.1f} degrees from zero")
+            self._person.say(f"  {joint}: {math.degrees(angle):z.1f} degrees from zero")
         self._person.watch("Put the arm into its rest posture and hold it there", self._all)
         while not self.calibrator.mark_rest():
             self._person.watch("It was moving: hold it still in its rest posture", self._all)
@@ -124,7 +124,7 @@ class Dialogue:
             off = {joint: angle for joint, angle in away.items() if abs(angle) > REST_AGAIN}
             if not off:
                 return
-            named = ", ".join(f"{j} by {math.degrees(a):+.0f} degrees" for j, a in off.items())
+            named = ", ".join(f"{j} by {math.degrees(a):+z.0f} degrees" for j, a in off.items())
             ask = f"It is not where it was at the beginning ({named}): put it there"
 
     def _all(self) -> str:

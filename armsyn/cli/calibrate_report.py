@@ -51,7 +51,7 @@ def _row(
 
 
 def _degrees(ends: tuple[float, float] | None) -> str:
-    return "" if ends is None else " to ".join(f"{math.degrees(end):.0f}" for end in ends)
+    return "" if ends is None else " to ".join(f"{math.degrees(end):z.0f}" for end in ends)
 
 
 def document(calibration: ArmCalibration, path: Path | None) -> dict[str, Any]:

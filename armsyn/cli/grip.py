@@ -87,19 +87,19 @@ def _move(gripper: Gripper, goal: float, bound: float) -> Grip:
     console = Console(stderr=True)
     try:
         with console.status("") as shown:
-            look = (lambda w: shown.update(f"{w * 1e3:.0f} mm")) if console.is_terminal else None
+            look = (lambda w: shown.update(f"{w * 1e3:z.0f} mm")) if console.is_terminal else None
             return gripper.move(goal, bound, look)
     except KeyboardInterrupt:
         gripper.stop()
-        click.echo(f"stopped at {gripper.width() * 1e3:.1f} mm, holding", err=True)
+        click.echo(f"stopped at {gripper.width() * 1e3:z.1f} mm, holding", err=True)
         raise
 
 
 def _words(found: Grip) -> str:
     pushing = f"{found.effort:.0%} of what it may push with"
     if found.current is not None:
-        pushing = f"{found.current:.2f} A, {pushing}"
-    where = f"fingers {found.width * 1e3:.1f} mm apart"
+        pushing = f"{found.current:z.2f} A, {pushing}"
+    where = f"fingers {found.width * 1e3:z.1f} mm apart"
     if found.held:
         return f"holds something: {where} ({pushing}); holding on"
     if found.arrived:

@@ -51,6 +51,6 @@ def jog(joint: str, degrees: float, speed: float, **options: Any) -> None:
                 }
             )
         else:
-            text = f"{joint}: {start:.1f} to {end:.1f} degrees ({end - start:+.1f})"
+            text = f"{joint}: {start:z.1f} to {end:z.1f} degrees ({end - start:+z.1f})"
             say(f"{text}; {recording.ending.value}", options)
     click.get_current_context().exit(status_of(recording.ending))

@@ -40,7 +40,7 @@ def park(slower: float, **options: Any) -> None:
             return
         recording = with_progress(lambda show: go_to_rest(session, show))
         joint, off = degrees_off(session, there.arm.rest)
-        words = f"{recording.ending.value} ({joint} is {off:.1f} degrees off rest, the farthest)"
+        words = f"{recording.ending.value} ({joint} is {off:z.1f} degrees off rest, the farthest)"
         _tell(words, recording.ending.value, options)
     click.get_current_context().exit(status_of(recording.ending))
 

@@ -157,8 +157,8 @@ def _measures(found: ProfileMeasures) -> dict[str, Any]:
 
 
 def _print(document: dict[str, Any]) -> None:
-    where = "the simulated arm ends with this command" if document["simulated"] else "now"
-    ended = f"ended: {document['ending']} ({where})"
+    where = " (the simulated arm ends with this command)" if document["simulated"] else ""
+    ended = f"ended: {document['ending']}{where}"
     stopped = Ending(document["ending"]) in STOPS
     if stopped:  # it is no reach that measures could be taken of
         click.echo(ended)

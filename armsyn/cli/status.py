@@ -100,11 +100,19 @@ def _print(found: ArmStatus, findings: tuple[Finding, ...]) -> None:
     )
 
     screen = console()
+    if not found.fits:  # tables of another arm say little: what does not fit comes first
+        for line in finding_lines(findings):
+            screen.print(line, soft_wrap=True)
+        if not any(servo.answers for servo in found.servos):
+            return
+        screen.print()
     screen.print(state_table(found))
     screen.print(hand_line(found))
     screen.print()
     screen.print(settings_table(found))
     screen.print(bus_line(found))
+    if not found.fits:
+        return
     screen.print()
     if not findings:
         screen.print("no problem found")

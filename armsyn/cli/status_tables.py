@@ -96,7 +96,7 @@ def hand_line(status: ArmStatus) -> str:
     if hand is None:
         return "hand: not known, as a joint's angle is not"
     x, y, z = hand.tolist()
-    return f"hand: x {x:.3f}, y {y:.3f}, z {z:.3f} m (base frame)"
+    return f"hand: x {x:z.3f}, y {y:z.3f}, z {z:z.3f} m (base frame)"
 
 
 def bus_line(status: ArmStatus) -> str:
@@ -178,13 +178,13 @@ def _number(value: float | None, form: str, factor: float = 1.0) -> str | None:
 
 
 def _degrees(angle: float | None) -> str | None:
-    return None if angle is None or math.isnan(angle) else f"{math.degrees(angle):.1f}"
+    return None if angle is None or math.isnan(angle) else f"{math.degrees(angle):z.1f}"
 
 
 def _load(servo: ServoStatus) -> str | None:
     if servo.current is not None:
-        return f"{servo.current:.2f} A"
-    return None if servo.load is None else f"{servo.load:.0f} %"
+        return f"{servo.current:z.2f} A"
+    return None if servo.load is None else f"{servo.load:z.0f} %"
 
 
 def _errors(servo: ServoStatus) -> str:

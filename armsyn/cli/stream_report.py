@@ -162,8 +162,8 @@ def _print_result(
     for event in recording.events:
         if event.level != "info":
             click.echo(f"  {event.time:.3f} s: {event.text}")
-    after = "the simulated arm ends with this command" if recording.simulated else "now"
-    click.echo(f"ended: {recording.ending.value} ({after})")
+    after = " (the simulated arm ends with this command)" if recording.simulated else ""
+    click.echo(f"ended: {recording.ending.value}{after}")
     if options["record"] and written:
         click.echo(f"recording: {options['record']}")
 

@@ -185,6 +185,14 @@ class ArmStatus:
     lost_replies: int = 0
 
     @property
+    def fits(self) -> bool:
+        """Whether every servo answers and is of the model described."""
+        return all(
+            servo.model is not None and servo.model.name == servo.described.model
+            for servo in self.servos
+        )
+
+    @property
     def posture(self) -> FloatArray:
         """Angles of the joints, shape (n,), rad; NaN where the servo does not answer."""
         angles = {s.described.id: s.angle for s in self.servos}

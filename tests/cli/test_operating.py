@@ -9,11 +9,14 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from typing import cast
 
+import numpy as np
 import pytest
 
 from armsyn.arm import load_arm
 from armsyn.driver.servos import ServoGroup
+from armsyn.driver.status import ArmStatus
 from armsyn.driver.transactions import Bus
 from firmware_sim.testing import RunningSimulator, simulated
 from tests.cli.commands import Outcome, next_line, started
@@ -79,11 +82,22 @@ def test_status_of_a_sound_arm(order: Call) -> None:
     assert document["servos"][0]["registers"]["Return Delay Time"] == 0
 
 
+def test_no_number_is_minus_zero() -> None:
+    from armsyn.cli.status_tables import hand_line
+
+    class Found:
+        hand = np.array([-1e-5, -0.0, 0.1])
+
+    assert hand_line(cast(ArmStatus, Found())) == "hand: x 0.000, y 0.000, z 0.100 m (base frame)"
+
+
 def test_status_of_a_damaged_arm_says_what_to_do(order: Call, omx: RunningSimulator) -> None:
     omx.inject("missing-servo:id=13")
     omx.inject("overload:id=12,for=0.1")
     said = order("status")
     assert said.status == 3
+    assert [line.split()[0] for line in said.out.splitlines()[1:3]] == ["problem:", "problem:"]
+    assert said.out.count("no reply: check") == 1
     problems = [line for line in said.out.splitlines() if line.startswith("problem: ")]
     assert any("servo 13 (joint3): no reply: check its power" in line for line in problems)
     assert any("servo 12 (joint2): hardware error: overload" in line for line in problems)
@@ -98,6 +112,7 @@ def test_a_wrong_baud_rate_points_to_the_scan(order: Call, omx: RunningSimulator
     said = order("status")
     assert said.status == 3
     assert "no reply at 1000000 baud from any servo of openmanipulator_x" in said.out
+    assert "hand:" not in said.out  # nor any table of what is not known
     said = order("release")
     assert said.status == 3
     assert "no reply at 1000000 baud" in said.err

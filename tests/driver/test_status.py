@@ -1,5 +1,6 @@
 """How an arm is told of: whole, damaged, and badly set up."""
 
+import dataclasses
 from collections.abc import Callable
 
 import msgspec
@@ -64,6 +65,16 @@ def test_a_missing_servo_is_named_and_the_rest_is_told(stepped: SteppedArm) -> N
     assert np.isnan(status.posture).tolist() == [row == 2 for row in range(7)]
     assert status.hand is None
     assert status.servos[6].voltage == 12.0
+
+
+def test_an_arm_fits_where_every_servo_is_as_described(stepped: SteppedArm) -> None:
+    assert status_of(stepped).fits
+    other = msgspec.structs.replace(stepped.description.servo[0], model="xm430-w350")
+    status = status_of(stepped)
+    first = dataclasses.replace(status.servos[0], described=other)
+    assert not dataclasses.replace(status, servos=(first, *status.servos[1:])).fits
+    stepped.damage = without(3)
+    assert not status_of(stepped).fits
 
 
 @pytest.mark.fault(14)
@@ -159,7 +170,7 @@ def test_another_model_is_told_of_by_its_own_registers(human7: ArmDescription) -
     )
     stepped = SteppedArm(msgspec.structs.replace(human7, servo=wrong))
     status = read_status(stepped.bus, human7, look_around=False)
-    assert [f.what for f in find(status)] == ["is a xl430-w250, described as xm430-w350"]
+    assert [f.what for f in find(status)] == ["is an xl430-w250, described as xm430-w350"]
     assert status.servos[5].current is None
     assert status.servos[5].load == 0.0
 
