@@ -23,7 +23,8 @@ def score(captured: str, other: str, as_json: bool) -> None:
     import json
 
     from armsyn.scoring import compare
-    from armsyn.scoring.report import as_dict, distance_table, profile_table
+    from armsyn.scoring.report import as_dict
+    from armsyn.scoring.tables import distance_table, profile_table
 
     comparison = compare(load_motion(captured), load_motion(other))
     if as_json:

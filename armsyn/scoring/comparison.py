@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from armsyn.motion import FloatArray, Motion
+from armsyn.motion.base_transform import BaseTransform
 from armsyn.motion.filtering import CUTOFF
+from armsyn.motion.rebuilding import segment_lengths
 from armsyn.motion.segmentation import CUT_FRACTION
 from armsyn.scoring.distance import (
     coverage,
@@ -18,8 +20,9 @@ from armsyn.scoring.distance import (
     mean_distance,
     normalised_distance,
 )
+from armsyn.scoring.floor import HumanFloor
 from armsyn.scoring.measures import ProfileMeasures, measure, normalised_speed
-from armsyn.scoring.pairing import Pair, Trimmed, pair_up, trim
+from armsyn.scoring.pairing import Pair, Trimmed, other_rebuilt, pair_up, trim
 from armsyn.scoring.posture import angles_between, swivel_angles, swivel_differences
 from armsyn.scoring.profile import correlation
 
@@ -60,8 +63,15 @@ class Comparison:
     ----------
     captured_source, other_source : str
         Where they come from.
-    landmarks, left_out : tuple of str
-        Compared, and found in only one of them.
+    landmarks, other_landmarks, left_out : tuple of str
+        Compared, by the names of the one and the other; found in only one of them.
+    segments, other_segments : tuple of float
+        m, the lengths between landmarks, before anything was rebuilt.
+    transform : BaseTransform or None
+        Of the session, by which the other's landmarks were brought to the captured base.
+    rebuilt : bool
+        Whether the other's segments were rebuilt on the captured lengths: distances and
+        directions are then of the rebuilt arm. Speeds and the endpoint error never are.
     paper_rate, rate : float
         Hz at which the paper's distance, and everything else, was taken.
     paper_distance, coverage : float
@@ -76,6 +86,8 @@ class Comparison:
         Held distance over the landmarks that move, in arm lengths; NaN for a hand alone.
     posture : PostureErrors or None
         None without landmarks named shoulder and elbow.
+    floor : HumanFloor or None
+        Of the captured reach; None where its person has no repeats of it.
     endpoint_error : float
         Between the hands' positions in the last frames, unscaled.
     captured_profile, other_profile : ProfileMeasures
@@ -87,7 +99,12 @@ class Comparison:
     captured_source: str
     other_source: str
     landmarks: tuple[str, ...]
+    other_landmarks: tuple[str, ...]
     left_out: tuple[str, ...]
+    segments: tuple[float, ...]
+    other_segments: tuple[float, ...]
+    transform: BaseTransform | None
+    rebuilt: bool
     paper_rate: float
     rate: float
     paper_distance: float
@@ -98,16 +115,25 @@ class Comparison:
     log_time_ratio: float
     per_arm_length: float
     posture: PostureErrors | None
+    floor: HumanFloor | None
     endpoint_error: float
     captured_profile: ProfileMeasures
     other_profile: ProfileMeasures
     speed_r: float
+
+    @property
+    def over_floor(self) -> float:
+        """Held distance over the human floor; NaN without one."""
+        return self.held_distance / self.floor.distance if self.floor else math.nan
 
 
 def compare(
     captured: Motion,
     other: Motion,
     *,
+    floor: HumanFloor | None = None,
+    transform: BaseTransform | None = None,
+    rebuild: bool = True,
     cutoff: float | None = CUTOFF,
     fraction: float = CUT_FRACTION,
 ) -> Comparison:
@@ -116,7 +142,13 @@ def compare(
     Parameters
     ----------
     captured, other : Motion
-        With landmarks, in one frame; each one movement.
+        With landmarks, in one frame (or brought to it by `transform`); each one movement.
+    floor : HumanFloor or None
+        Of the captured reach, taken with the same filter and cut.
+    transform : BaseTransform or None
+        From the other's base to the captured one: one for a session, never fitted to the trial.
+    rebuild : bool
+        Whether segments of other lengths are rebuilt on the captured ones.
     cutoff : float or None
         Hz, of the low-pass before speeds are taken, the same for both.
     fraction : float
@@ -134,16 +166,23 @@ def compare(
     InputError, CaptureError
         When one of them has gaps, does not move, or is too short or too slow for the filter.
     """
-    pair = pair_up(captured, other)
+    if transform is not None:
+        other = transform.apply(other)
+    given = pair_up(captured, other)
+    pair = other_rebuilt(given) if rebuild else given
     trimmed = trim(pair, cutoff=cutoff, fraction=fraction)
     how = _How(cutoff, fraction, trimmed.rate)
-    ends = pair.captured.landmarks[-1, -1], pair.other.landmarks[-1, -1]
-    endpoint_error = float(np.linalg.norm(ends[1] - ends[0]))
+    endpoint_error = float(np.linalg.norm(other.hand[-1] - captured.hand[-1]))
     return Comparison(
         captured_source=captured.source,
         other_source=other.source,
         landmarks=pair.names,
+        other_landmarks=pair.other_names,
         left_out=pair.left_out,
+        segments=tuple(segment_lengths(given.captured.landmarks).tolist()),
+        other_segments=tuple(segment_lengths(given.other.landmarks).tolist()),
+        transform=transform,
+        rebuilt=pair is not given,
         paper_rate=pair.rate,
         rate=trimmed.rate,
         paper_distance=mean_distance(pair.captured.evenly(pair.rate), pair.other.evenly(pair.rate)),
@@ -154,6 +193,7 @@ def compare(
         log_time_ratio=math.log(trimmed.other.duration / trimmed.captured.duration),
         per_arm_length=distance_per_arm_length(trimmed),
         posture=posture_errors(pair, trimmed),
+        floor=floor,
         endpoint_error=endpoint_error,
         captured_profile=how.measures(captured),
         other_profile=how.measures(other),

@@ -10,6 +10,7 @@ import numpy as np
 
 from armsyn.errors import InputError
 from armsyn.motion import FloatArray, Motion
+from armsyn.motion.rebuilding import segment_lengths
 from armsyn.scoring.pairing import Pair, Trimmed, pair_up
 
 MOVING_EXTENT = 0.02
@@ -179,8 +180,7 @@ def arm_length(landmarks: FloatArray) -> float:
     float
         m, the sum of the segments' median lengths; 0 for a single landmark.
     """
-    segments = np.linalg.norm(np.diff(landmarks, axis=1), axis=2)
-    return float(np.median(segments, axis=0).sum())
+    return float(segment_lengths(landmarks).sum())
 
 
 def distance_per_arm_length(trimmed: Trimmed) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,8 +11,12 @@ import numpy as np
 from armsyn.errors import CaptureError, FormatError
 from armsyn.motion import FloatArray, Motion
 from armsyn.motion.filtering import CUTOFF, LOWEST_RATE, hand_speed
+from armsyn.motion.rebuilding import rebuild_segments, segment_lengths
 from armsyn.motion.resample import interpolate, uniform_times
 from armsyn.motion.segmentation import CUT_FRACTION, movement_times
+
+SAME_LENGTH = 1e-3
+"""m; segments that differ by less are taken for the same arm's, and left as they are."""
 
 
 class Track(NamedTuple):
@@ -40,10 +45,11 @@ class Pair:
     Parameters
     ----------
     captured, other : Track
-        The same landmarks in the same order. Positions are taken as they are given: no alignment,
-        no scaling.
+        The same landmarks in the same order.
     names : tuple of str
         The landmarks, by the captured motion's names.
+    other_names : tuple of str
+        The same landmarks, by the other motion's names.
     left_out : tuple of str
         Landmarks that only one of them has.
     rate : float
@@ -53,6 +59,7 @@ class Pair:
     captured: Track
     other: Track
     names: tuple[str, ...]
+    other_names: tuple[str, ...]
     left_out: tuple[str, ...]
     rate: float
 
@@ -83,6 +90,7 @@ def pair_up(captured: Motion, other: Motion) -> Pair:
     return Pair(
         *tracks,
         names=(*common, first[-1]),
+        other_names=(*common, second[-1]),
         left_out=tuple(name for name in (*first[:-1], *second[:-1]) if name not in common),
         rate=max(captured.rate, other.rate),
     )
@@ -105,6 +113,32 @@ def _track(motion: Motion, names: list[str]) -> Track:
             " cut the motion or fill it"
         )
     return Track(motion.time, landmarks)
+
+
+def other_rebuilt(pair: Pair) -> Pair:
+    """Return the pair with the other's segments rebuilt on the captured lengths.
+
+    Parameters
+    ----------
+    pair : Pair
+        Landmarks in the order of the chain.
+
+    Returns
+    -------
+    Pair
+        The same one where no length differs by more than `SAME_LENGTH`.
+
+    Raises
+    ------
+    CaptureError
+        When two landmarks of the other coincide.
+    """
+    lengths = segment_lengths(pair.captured.landmarks)
+    different = np.abs(segment_lengths(pair.other.landmarks) - lengths) > SAME_LENGTH
+    if not different.any():
+        return pair
+    rebuilt = rebuild_segments(pair.other.landmarks, lengths)
+    return dataclasses.replace(pair, other=pair.other._replace(landmarks=rebuilt))
 
 
 class Movement(NamedTuple):

@@ -1,31 +1,15 @@
-"""A score for people (a table) and for programs (a JSON document)."""
+"""A score for programs: a JSON document."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armsyn.scoring.comparison import Comparison, PostureErrors
+from armsyn.scoring.floor import HumanFloor
 from armsyn.scoring.measures import ProfileMeasures
 
-if TYPE_CHECKING:
-    from rich.table import Table
-
 FILTER = "zero-lag second-order Butterworth low-pass on positions"
-
-_PROFILE_ROWS = (
-    ("movement_time_s", "movement time, s", "{:.2f}"),
-    ("peak_speed_m_s", "peak speed, m/s", "{:.2f}"),
-    ("time_to_peak", "time to peak, of movement time", "{:.2f}"),
-    ("peak_over_mean", "peak / mean speed", "{:.2f}"),
-    ("speed_peaks", "speed peaks", "{:d}"),
-    ("min_jerk_r", "minimum jerk, r", "{:.3f}"),
-    ("min_jerk_r2", "minimum jerk, R2", "{:.3f}"),
-    ("sparc", "SPARC", "{:.3f}"),
-    ("ldlj", "LDLJ (T = N / fs)", "{:.3f}"),
-    ("path_over_distance", "path / distance", "{:.3f}"),
-    ("deviation_over_distance", "largest deviation / distance", "{:.3f}"),
-)
 
 
 def profile_as_dict(measures: ProfileMeasures) -> dict[str, float | int | None]:
@@ -73,7 +57,6 @@ def as_dict(comparison: Comparison) -> dict[str, Any]:
     dict
         For JSON: what is not defined is None.
     """
-    profile = comparison.captured_profile
     return {
         "captured": comparison.captured_source,
         "other": comparison.other_source,
@@ -84,23 +67,61 @@ def as_dict(comparison: Comparison) -> dict[str, Any]:
         "normalised_distance_m": comparison.normalised_distance,
         "log_movement_time_ratio": comparison.log_time_ratio,
         "distance_per_arm_length": _defined(comparison.per_arm_length),
+        "over_human_floor": _defined(comparison.over_floor),
+        "human_floor": None if comparison.floor is None else floor_as_dict(comparison.floor),
         "endpoint_error_m": comparison.endpoint_error,
         "posture": None if comparison.posture is None else _posture(comparison.posture),
         "speed_r": _defined(comparison.speed_r),
-        "captured_profile": profile_as_dict(profile),
+        "captured_profile": profile_as_dict(comparison.captured_profile),
         "other_profile": profile_as_dict(comparison.other_profile),
-        "measured_how": {
-            "landmarks": list(comparison.landmarks),
-            "landmarks_left_out": list(comparison.left_out),
-            "alignment": "none: positions as given",
-            "paper_rate_hz": comparison.paper_rate,
-            "rate_hz": comparison.rate,
-            "filter": None if profile.cutoff is None else FILTER,
-            "cutoff_hz": profile.cutoff,
-            "cut_fraction_of_peak": profile.cut_fraction,
-            "ldlj_duration": "N / fs",
-        },
+        "measured_how": _measured_how(comparison),
     }
+
+
+def floor_as_dict(floor: HumanFloor) -> dict[str, float | int]:
+    """Return a human floor for JSON, metres."""
+    return {
+        "distance_m": floor.distance,
+        "repeat_distance_m": floor.repeat_distance,
+        "repeats": floor.repeats,
+    }
+
+
+def _measured_how(comparison: Comparison) -> dict[str, Any]:
+    profile = comparison.captured_profile
+    return {
+        "landmarks": list(comparison.landmarks),
+        "landmarks_left_out": list(comparison.left_out),
+        "joint_map": dict(zip(comparison.landmarks, comparison.other_landmarks, strict=True)),
+        "alignment": alignment(comparison),
+        "segments": segments(comparison),
+        "captured_segments_m": list(comparison.segments),
+        "other_segments_m": list(comparison.other_segments),
+        "paper_rate_hz": comparison.paper_rate,
+        "rate_hz": comparison.rate,
+        "filter": None if profile.cutoff is None else FILTER,
+        "cutoff_hz": profile.cutoff,
+        "cut_fraction_of_peak": profile.cut_fraction,
+        "ldlj_duration": "N / fs",
+    }
+
+
+def alignment(comparison: Comparison) -> str:
+    """Say how the other's frame was brought to the captured one."""
+    fitted = comparison.transform
+    if fitted is None:
+        return "none: positions as given"
+    return (
+        f"one rigid transform for the session, from {fitted.poses} calibration poses"
+        f" ({fitted.source}), residual {100 * fitted.residual:.2f} cm rms"
+    )
+
+
+def segments(comparison: Comparison) -> str:
+    """Say whether the other's segments were rebuilt."""
+    if comparison.rebuilt:
+        return "the other's rebuilt on the captured lengths along their directions"
+    return "as given"
 
 
 def _posture(errors: PostureErrors) -> dict[str, float | int | None]:
@@ -115,85 +136,3 @@ def _posture(errors: PostureErrors) -> dict[str, float | int | None]:
 
 def _defined(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-def distance_table(comparison: Comparison) -> Table:
-    """Return the distances as a table for the terminal, cm and degrees.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        One motion against a captured one.
-
-    Returns
-    -------
-    rich.table.Table
-        The headline first.
-    """
-    from rich.table import Table  # noqa: PLC0415  # 50 ms that only people pay
-
-    table = Table("distance", "value", "remark", title="Distance to the captured motion")
-    for row in _distance_rows(comparison):
-        table.add_row(*row)
-    return table
-
-
-def _distance_rows(comparison: Comparison) -> list[tuple[str, str, str]]:
-    def cm(metres: float) -> str:
-        return f"{100 * metres:.2f} cm"
-
-    times = f"movement takes {math.exp(comparison.log_time_ratio):.2f} x the captured time"
-    paper = comparison.refusal or "whole motions, to the end of the shorter"
-    remark = f"coverage {comparison.coverage:.2f}; " + (
-        f"no verdict: {paper}" if comparison.refusal else paper
-    )
-    rows = [
-        ("held distance", cm(comparison.held_distance), "onset to offset, last posture held"),
-        ("paper's distance", cm(comparison.paper_distance), remark),
-        ("over normalised time", cm(comparison.normalised_distance), times),
-        ("per arm length", _or_dash("{:.3f}", comparison.per_arm_length), "landmarks that move"),
-        ("endpoint error", cm(comparison.endpoint_error), "between the last postures' hands"),
-    ]
-    posture = comparison.posture
-    if posture is not None:
-        swivel = _or_dash("{:.1f} deg", math.degrees(posture.swivel))
-        rows += [
-            ("upper arm direction", f"{math.degrees(posture.upper_arm):.1f} deg", "mean"),
-            ("forearm direction", f"{math.degrees(posture.forearm):.1f} deg", "mean"),
-            ("swivel", swivel, f"mean of the {posture.swivel_samples} of 101 samples with one"),
-        ]
-    return rows
-
-
-def profile_table(comparison: Comparison) -> Table:
-    """Return both hands' speed measures as a table for the terminal.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        One motion against a captured one.
-
-    Returns
-    -------
-    rich.table.Table
-        With rate, filter and cut in its caption.
-    """
-    from rich.table import Table  # noqa: PLC0415  # 50 ms that only people pay
-
-    profile = comparison.captured_profile
-    low_pass = "no filter" if profile.cutoff is None else f"low-pass {profile.cutoff:g} Hz"
-    table = Table(
-        "hand speed",
-        "captured",
-        "other",
-        title=f"Hand speed, correlation {_or_dash('{:.3f}', comparison.speed_r)}",
-        caption=f"{comparison.rate:g} Hz, {low_pass}, cut at {profile.cut_fraction:.0%} of peak",
-    )
-    columns = [profile_as_dict(m) for m in (profile, comparison.other_profile)]
-    for key, label, form in _PROFILE_ROWS:
-        table.add_row(label, *(_or_dash(form, column[key]) for column in columns))
-    return table
-
-
-def _or_dash(form: str, value: float | None) -> str:
-    return form.format(value) if value is not None and math.isfinite(value) else "-"

@@ -15,7 +15,8 @@ from armsyn.motion.captures import load_captures
 from armsyn.motion.formats import read_motion, write_motion
 from armsyn.scoring import compare, measure
 from armsyn.scoring.comparison import Comparison
-from armsyn.scoring.report import as_dict, distance_table, profile_as_dict, profile_table
+from armsyn.scoring.report import as_dict, profile_as_dict
+from armsyn.scoring.tables import distance_table, profile_table
 
 from .arms import reach
 
@@ -98,7 +99,11 @@ def test_report_states_how_it_was_measured_and_is_json() -> None:
     assert document["measured_how"] == {
         "landmarks": ["shoulder", "elbow", "wrist", "hand"],
         "landmarks_left_out": [],
+        "joint_map": {name: name for name in ("shoulder", "elbow", "wrist", "hand")},
         "alignment": "none: positions as given",
+        "segments": "as given",
+        "captured_segments_m": pytest.approx([0.30, 0.26, 0.08]),
+        "other_segments_m": pytest.approx([0.30, 0.26, 0.08]),
         "paper_rate_hz": 200.0,
         "rate_hz": 200.0,
         "filter": "zero-lag second-order Butterworth low-pass on positions",
