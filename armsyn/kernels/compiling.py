@@ -44,6 +44,17 @@ def parallel_kernel(function: Function) -> Function:
     return _compiled(function, {"parallel": True})
 
 
+def generated_kernel(function: Function) -> Function:
+    """Compile generated `function`, which may run in several threads of Python at once."""
+    return _compiled(function, {"nogil": True})
+
+
+def cache_place(compiled: Any) -> Path | None:
+    """Return the directory where a compiled function's cache lies; None where there is none."""
+    place = compiled._cache.cache_path
+    return None if place is None else Path(place)
+
+
 def _compiled(function: Function, options: dict[str, Any]) -> Function:
     settings = {"error_model": "numpy", "fastmath": _FASTMATH, **options}
     try:

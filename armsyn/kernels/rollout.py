@@ -1,266 +1,54 @@
-"""The controller with synergy as compiled roll-outs (Aubry, Julliard, Gibet 2009, 3.1-3.2).
+"""Roll-outs: one motion, and many side by side by code generated for their chain.
 
-One step: dX = X_d - H(theta); dtheta = lambda dt O(J, dX); theta' = theta + phi(t) M dtheta,
-clamped to the joints' limits.
+Many lanes run as generated code whatever their number, so that a lane's result never depends on
+its company. What that code marks as doubtful the plain kernels do again.
 """
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
+import itertools
+from concurrent.futures import ThreadPoolExecutor
 
+import numba
 import numpy as np
-from numba import prange
 
-from armsyn.kernels.chain import ChainArrays, forward, jacobian
-from armsyn.kernels.compiling import kernel, parallel_kernel
-from armsyn.kernels.optimisers import OptimiserSettings, change_of_posture, weigh_orientation
-from armsyn.kernels.types import FloatArray, IntArray
+from armsyn.kernels.chain import ChainArrays
+from armsyn.kernels.compiled import Play, compiled
+from armsyn.kernels.generator import WIDTH, Plan, polynomial_ranges, rows_of
+from armsyn.kernels.optimisers import OptimiserSettings
+from armsyn.kernels.plain import (
+    Captures,
+    Synergies,
+    Task,
+    Timing,
+    paper_distance,
+    plain_distance_lanes,
+    plain_roll_out_lanes,
+    ramp_value,
+    roll_out,
+    task_error,
+)
+from armsyn.kernels.types import BoolArray, FloatArray, IntArray
 
+__all__ = [
+    "Captures",
+    "Synergies",
+    "Task",
+    "Timing",
+    "distance_lanes",
+    "paper_distance",
+    "roll_out",
+    "roll_out_lanes",
+    "task_error",
+]
 
-class Synergies(NamedTuple):
-    """Diagonal M and sigmoids phi of one or more synergies, a row each (a lane).
+_LEAST_SHARE = 40_000
+"""Steps of lanes that are worth a thread: a millisecond."""
 
-    Attributes
-    ----------
-    gains : array, shape (lanes, n)
-        Diagonal of M.
-    slopes, offsets : array, shape (lanes, 1) or (lanes, n)
-        phi = 1 / (1 + exp(offset - slope t)), slope in 1/s; one for all joints or one each.
-        An offset of minus infinity makes phi = 1 (phi_A).
-    """
-
-    gains: FloatArray
-    slopes: FloatArray
-    offsets: FloatArray
-
-
-class Timing(NamedTuple):
-    """Rates of a roll-out.
-
-    Attributes
-    ----------
-    rate : float
-        lambda, 1/s.
-    dt : float
-        Time between frames, s.
-    ramp : float
-        phi is multiplied by a minimum-jerk ramp of this duration, s; 0 for none.
-    limit_rate : float
-        A joint nears a limit at most at this rate times its distance to it, 1/s (a velocity
-        damper, Faverjon and Tournassoud 1987); infinite: joints are clamped at their limits.
-    """
-
-    rate: float
-    dt: float
-    ramp: float
-    limit_rate: float
+_LEAST_OFFSET = -600.0
+"""Below it e^offset, which is carried from frame to frame, is too small to grow again exactly."""
 
 
-class Task(NamedTuple):
-    """Where the hand is to go.
-
-    Attributes
-    ----------
-    position : array, shape (3,)
-        m, base frame.
-    orientation : array, shape (3, 3), or (0, 0) for a position task
-        Of the tip in the base frame.
-    """
-
-    position: FloatArray
-    orientation: FloatArray
-
-
-class Captures(NamedTuple):
-    """Captured landmark paths, a row each, padded to the longest.
-
-    Attributes
-    ----------
-    landmarks : array, shape (motions, frames, landmarks, 3)
-        m, base frame.
-    frames : array of int, shape (motions,)
-        How many frames each has.
-    rows : array of int, shape (landmarks,)
-        The chain's row (joint, or n for the tip) that each landmark is compared with.
-    starts : array, shape (motions, n)
-        Posture that each roll-out starts from.
-    targets : array, shape (motions, 3)
-        Position that each roll-out reaches for, m.
-    """
-
-    landmarks: FloatArray
-    frames: IntArray
-    rows: IntArray
-    starts: FloatArray
-    targets: FloatArray
-
-
-@kernel
-def task_error(
-    position: FloatArray, orientation: FloatArray, hand: FloatArray, tip: FloatArray, dX: FloatArray
-) -> float:
-    """Fill dX, shape (3,) or (6,): position error, m, and rotation vector to the wanted pose, rad.
-
-    Returns the distance of the positions, m.
-    """
-    for k in range(3):
-        dX[k] = position[k] - hand[k]
-    if dX.shape[0] == 6:
-        _rotation_error(orientation, tip, dX)
-    return math.sqrt(dX[0] * dX[0] + dX[1] * dX[1] + dX[2] * dX[2])
-
-
-@kernel
-def _rotation_error(wanted: FloatArray, present: FloatArray, dX: FloatArray) -> None:
-    """Write the logarithm of wanted present^T (base frame) to dX[3:6]."""
-    r = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            total = 0.0
-            for k in range(3):
-                total += wanted[i, k] * present[j, k]
-            r[i, j] = total
-    x = r[2, 1] - r[1, 2]
-    y = r[0, 2] - r[2, 0]
-    z = r[1, 0] - r[0, 1]
-    sine = 0.5 * math.sqrt(x * x + y * y + z * z)
-    cosine = 0.5 * (r[0, 0] + r[1, 1] + r[2, 2] - 1.0)
-    angle = math.atan2(sine, cosine)
-    if sine > 1e-6:
-        scale = 0.5 * angle / sine
-        dX[3] = x * scale
-        dX[4] = y * scale
-        dX[5] = z * scale
-    elif cosine > 0.0:
-        dX[3] = 0.5 * x
-        dX[4] = 0.5 * y
-        dX[5] = 0.5 * z
-    else:
-        # Half a turn: any column of r + 1 is along the axis; take the longest
-        best = 0
-        for k in range(1, 3):
-            if r[k, k] > r[best, best]:
-                best = k
-        norm = math.sqrt(2.0 * (1.0 + r[best, best]))
-        for k in range(3):
-            dX[3 + k] = angle * (r[k, best] + (1.0 if k == best else 0.0)) / norm
-
-
-@kernel
-def ramp_value(t: float, duration: float) -> float:
-    """Minimum-jerk rise from 0 to 1 over `duration` (Flash and Hogan 1985); 1 when it is 0."""
-    if t >= duration:
-        return 1.0
-    s = t / duration
-    return s * s * s * (10.0 + s * (6.0 * s - 15.0))
-
-
-@kernel
-def apply_synergy(
-    gains: FloatArray,
-    slopes: FloatArray,
-    offsets: FloatArray,
-    factor: float,
-    t: float,
-    lower: FloatArray,
-    upper: FloatArray,
-    share: float,
-    dq: FloatArray,
-    q: FloatArray,
-) -> None:
-    """Add factor phi(t) M dq to posture q, all of shape (n,), within the limits.
-
-    No joint covers more than `share` of what is left to its limit.
-    """
-    shared = slopes.shape[0] == 1
-    phi = 0.0
-    for i in range(dq.shape[0]):
-        if i == 0 or not shared:
-            phi = factor / (1.0 + math.exp(offsets[i] - slopes[i] * t))
-        change = phi * gains[i] * dq[i]
-        q[i] += min(max(change, share * (lower[i] - q[i])), share * (upper[i] - q[i]))
-
-
-@kernel
-def roll_out(
-    chain: ChainArrays,
-    optimiser: OptimiserSettings,
-    gains: FloatArray,
-    slopes: FloatArray,
-    offsets: FloatArray,
-    timing: Timing,
-    task: Task,
-    tolerance: float,
-    path: FloatArray,
-    positions: FloatArray,
-) -> tuple[int, float]:
-    """Fill `path`, shape (frames, n), from the posture in its first row.
-
-    Fills `positions`, shape (frames, n + 1, 3), too: every joint and the tip, m. Stops early
-    once the hand is within `tolerance` (m) of the target's position and, for a pose, within
-    `tolerance` rad of its orientation; a negative tolerance fills every frame.
-
-    Returns
-    -------
-    tuple of (int, float)
-        Frames filled, and the distance to the target at the last of them, m.
-    """
-    frames, n = path.shape
-    m = 6 if task.orientation.shape[0] == 3 else 3
-    rotation, translation, prismatic, lower, upper = chain
-    position, orientation = task
-    rate, dt, ramp, limit_rate = timing
-    share = min(1.0, limit_rate * dt)
-    # Padded to whole vectors, else seven sines are worked out one by one
-    q = np.zeros((n + 7) // 8 * 8)
-    q[:n] = path[0]
-    sines, cosines = np.empty_like(q), np.empty_like(q)
-    axes, tip = np.empty((n, 3)), np.empty((m - 3, m - 3))
-    J, dX, dq = np.empty((m, n)), np.empty(m), np.empty(n)
-    B, V, y = np.empty((m, m)), np.empty((m, m)), np.empty(m)
-    distance = 0.0
-    for frame in range(frames):
-        for i in range(n):
-            path[frame, i] = q[i]
-        origins = positions[frame]
-        forward(rotation, translation, prismatic, q, sines, cosines, origins, axes, tip)
-        distance = task_error(position, orientation, origins[n], tip, dX)
-        turn = 0.0
-        for k in range(3, m):
-            turn += dX[k] * dX[k]
-        if distance <= tolerance and math.sqrt(turn) <= tolerance:
-            return frame + 1, distance
-        if frame + 1 < frames:
-            t = frame * dt
-            jacobian(prismatic, origins, axes, J)
-            weigh_orientation(optimiser.radius, J, dX)
-            change_of_posture(optimiser, J, dX, B, V, y, dq)
-            factor = rate * dt * ramp_value(t, ramp)
-            apply_synergy(gains, slopes, offsets, factor, t, lower, upper, share, dq, q)
-    return frames, distance
-
-
-@kernel
-def paper_distance(positions: FloatArray, rows: IntArray, landmarks: FloatArray) -> float:
-    """Paper 3.4: mean over frames and over landmarks (l joints and the hand) of distances, m.
-
-    `positions`, shape (frames, n + 1, 3), at its `rows`, shape (landmarks,), against
-    `landmarks`, shape (frames, landmarks, 3).
-    """
-    frames = positions.shape[0]
-    total = 0.0
-    for frame in range(frames):
-        for mark in range(rows.shape[0]):
-            row = rows[mark]
-            dx = positions[frame, row, 0] - landmarks[frame, mark, 0]
-            dy = positions[frame, row, 1] - landmarks[frame, mark, 1]
-            dz = positions[frame, row, 2] - landmarks[frame, mark, 2]
-            total += math.sqrt(dx * dx + dy * dy + dz * dz)
-    return float(total / (frames * rows.shape[0]))
-
-
-@parallel_kernel
 def roll_out_lanes(
     chain: ChainArrays,
     optimiser: OptimiserSettings,
@@ -269,28 +57,32 @@ def roll_out_lanes(
     targets: FloatArray,
     paths: FloatArray,
 ) -> None:
-    """Fill `paths`, shape (lanes, frames, n), on all cores.
+    """Fill `paths`, shape (lanes, frames, n), on all cores, rad or m.
 
-    Lane k plays synergy k from the posture in its first row towards ``targets[k]``, shape (3,).
+    Lane k plays synergy k from the posture in its first row towards ``targets[k]``, shape (3,), m.
     """
-    lanes, frames, n = paths.shape
-    gains, slopes, offsets = synergies
-    for lane in prange(lanes):
-        roll_out(
-            chain,
-            optimiser,
-            gains[lane],
-            slopes[lane],
-            offsets[lane],
-            timing,
-            Task(targets[lane], np.empty((0, 0))),
-            -1.0,
-            paths[lane],
-            np.empty((frames, n + 1, 3)),
+    lanes, frames, _ = paths.shape
+    plan = _plan(chain, optimiser, synergies, timing, ())
+    slots = _slots(np.zeros(lanes, dtype=np.int64))
+    states = _states(plan, timing, synergies, paths[:, 0], targets, slots)
+    _play(
+        compiled(plan),
+        states,
+        np.full(slots.shape[0], frames),
+        np.zeros(slots.shape[0], dtype=np.int64),
+        timing,
+        np.empty((1, 1, 1, 3)),
+        paths,
+    )
+    doubtful = _doubtful(plan, states, slots, lanes)
+    if doubtful.any():
+        again = np.ascontiguousarray(paths[doubtful])
+        plain_roll_out_lanes(
+            chain, optimiser, _some(synergies, doubtful), timing, targets[doubtful], again
         )
+        paths[doubtful] = again
 
 
-@parallel_kernel
 def distance_lanes(
     chain: ChainArrays,
     optimiser: OptimiserSettings,
@@ -304,24 +96,121 @@ def distance_lanes(
 
     Lane k plays synergy k against capture ``motions[k]`` over all of that capture's frames.
     """
-    n = captures.starts.shape[1]
-    gains, slopes, offsets = synergies
-    for lane in prange(motions.shape[0]):
-        motion = motions[lane]
-        frames = captures.frames[motion]
-        path = np.empty((frames, n))
-        path[0] = captures.starts[motion]
-        positions = np.empty((frames, n + 1, 3))
-        roll_out(
+    plan = _plan(chain, optimiser, synergies, timing, tuple(captures.rows.tolist()))
+    slots = _slots(motions)
+    played = motions[slots[:, 0]]
+    starts, targets = captures.starts[motions], captures.targets[motions]
+    states = _states(plan, timing, synergies, starts, targets, slots)
+    marks = np.ascontiguousarray(captures.landmarks)
+    _play(
+        compiled(plan),
+        states,
+        captures.frames[played],
+        played,
+        timing,
+        marks,
+        np.empty((0, 0, plan.dof)),
+    )
+    totals = states.reshape(slots.shape[0], -1, WIDTH)[:, rows_of(plan).total]
+    result[slots] = totals / (captures.frames[played] * captures.rows.size)[:, None]
+    doubtful = _doubtful(plan, states, slots, motions.size)
+    if doubtful.any():
+        again = np.empty(np.count_nonzero(doubtful))
+        plain_distance_lanes(
             chain,
             optimiser,
-            gains[lane],
-            slopes[lane],
-            offsets[lane],
+            _some(synergies, doubtful),
             timing,
-            Task(captures.targets[motion], np.empty((0, 0))),
-            -1.0,
-            path,
-            positions,
+            captures,
+            motions[doubtful],
+            again,
         )
-        result[lane] = paper_distance(positions, captures.rows, captures.landmarks[motion, :frames])
+        result[doubtful] = again
+
+
+def _plan(
+    chain: ChainArrays,
+    optimiser: OptimiserSettings,
+    synergies: Synergies,
+    timing: Timing,
+    rows: tuple[int, ...],
+) -> Plan:
+    shared = synergies.slopes.shape[1] == 1
+    return Plan(chain, optimiser, shared, timing.limit_rate * timing.dt < 1.0, rows)
+
+
+def _some(synergies: Synergies, lanes: BoolArray) -> Synergies:
+    return Synergies(*(part[lanes] for part in synergies))
+
+
+def _slots(motions: IntArray) -> IntArray:
+    """Lanes of each block, shape (blocks, WIDTH): of one motion, the first again for the rest."""
+    order = np.argsort(motions, kind="stable")
+    counts = np.bincount(motions)
+    blocks = -(-counts // WIDTH)
+    before = np.cumsum(blocks * WIDTH - counts) - (blocks * WIDTH - counts)
+    slots = np.full(blocks.sum() * WIDTH, -1)
+    slots[np.arange(motions.size) + before[motions[order]]] = order
+    slots = slots.reshape(-1, WIDTH)
+    return np.where(slots < 0, slots[:, :1], slots)
+
+
+def _states(
+    plan: Plan,
+    timing: Timing,
+    synergies: Synergies,
+    starts: FloatArray,
+    targets: FloatArray,
+    slots: IntArray,
+) -> FloatArray:
+    """State of every block before its first frame, shape (blocks, rows WIDTH)."""
+    gains, slopes, offsets = synergies
+    rows = rows_of(plan)
+    state = np.zeros((starts.shape[0], rows.size))
+    with np.errstate(over="ignore"):
+        powers, decays = np.exp(offsets), np.exp(-slopes * timing.dt)
+    # Infinite powers make a lane doubtful at once
+    powers[np.isfinite(offsets) & (offsets < _LEAST_OFFSET)] = np.inf
+    powers[~(np.abs(starts) <= polynomial_ranges(plan.chain)).all(axis=1)] = np.inf
+    parts = (starts, gains, powers, decays, targets)
+    state[:, : rows.doubt] = np.concatenate(parts, axis=1)
+    return np.ascontiguousarray(state[slots].transpose(0, 2, 1)).reshape(slots.shape[0], -1)
+
+
+def _doubtful(plan: Plan, states: FloatArray, slots: IntArray, lanes: int) -> BoolArray:
+    doubts = states.reshape(slots.shape[0], -1, WIDTH)[:, rows_of(plan).doubt]
+    doubtful = np.empty(lanes, dtype=np.bool_)
+    doubtful[slots] = doubts > 0.0
+    return doubtful
+
+
+def _play(
+    play: Play,
+    states: FloatArray,
+    frames: IntArray,
+    motions: IntArray,
+    timing: Timing,
+    marks: FloatArray,
+    paths: FloatArray,
+) -> None:
+    """Play all blocks, in as many threads as numba may use and as are worth it."""
+    steps = np.arange(frames.max(initial=0))
+    ramps = np.array([ramp_value(step * timing.dt, timing.ramp) for step in steps])
+    factors = timing.rate * timing.dt * ramps
+    share = timing.limit_rate * timing.dt
+    work = np.cumsum(frames * WIDTH)
+    threads = min(numba.get_num_threads(), int(work[-1] // _LEAST_SHARE) + 1, work.size)
+    bounds = np.searchsorted(work, work[-1] * np.arange(1, threads) / threads)
+    parts = list(itertools.pairwise([0, *bounds.tolist(), work.size]))
+
+    def chunk(first: int, last: int) -> None:
+        play(states, frames, motions, first, last, factors, share, marks, paths)
+
+    if threads == 1:
+        chunk(*parts[0])
+        return
+    with ThreadPoolExecutor(threads - 1) as pool:
+        others = [pool.submit(chunk, *part) for part in parts[1:]]
+        chunk(*parts[0])
+        for other in others:
+            other.result()

@@ -20,7 +20,7 @@ from armsyn.kernels.optimisers import (
     change_of_posture,
     weigh_orientation,
 )
-from armsyn.kernels.rollout import task_error
+from armsyn.kernels.plain import task_error
 from armsyn.kernels.types import FloatArray
 
 _LARGEST_TURN = 0.3
