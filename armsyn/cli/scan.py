@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from armsyn.cli.baud import BAUD
+
 if TYPE_CHECKING:
     from armsyn.driver.scan import ScanProgress, ScanResult
 
@@ -16,10 +18,10 @@ if TYPE_CHECKING:
 @click.option(
     "--baud",
     "bauds",
-    type=click.IntRange(min=1),
+    type=BAUD,
     multiple=True,
     metavar="N",
-    help="Try only this rate, bit/s; may be given several times.",
+    help="Try only this rate, bit/s (1M: 1000000); may be given several times.",
 )
 @click.option(
     "--protocol",

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from armsyn.cli.baud import BAUD
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -37,10 +39,10 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--baud",
-    type=click.IntRange(min=1),
+    type=BAUD,
     metavar="N",
-    help="Rate that they have now, bit/s; with --all the description's is tried as well"
-    "  [default: found out; with --all only the description's].",
+    help="Rate that they have now, bit/s (1M: 1000000); with --all the description's is tried"
+    " as well  [default: found out; with --all only the description's].",
 )
 @click.option(
     "--calibration",

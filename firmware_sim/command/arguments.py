@@ -85,6 +85,15 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _baud_rate(text: str) -> int:
+    """Bits a second, a whole number; k and M are thousands and millions."""
+    factor = {"k": 1e3, "M": 1e6}.get(text[-1:], 1.0)
+    digits = text[:-1] if factor > 1.0 else text
+    if not digits.replace(".", "", 1).isdecimal() or not (rate := float(digits) * factor):
+        raise argparse.ArgumentTypeError(f"{text!r} is no baud rate: such as 57600, 57.6k or 1M")
+    return round(rate)
+
+
 def _add_servos(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("which servos")
     which = group.add_mutually_exclusive_group()
@@ -109,7 +118,9 @@ def _add_servos(parser: argparse.ArgumentParser) -> None:
         choices=(1, 2),
         help="let all servos speak Protocol 1.0 or 2.0; by default each speaks its factory's",
     )
-    group.add_argument("--baud", metavar="N", type=int, help="set all baud rates, bit/s")
+    group.add_argument(
+        "--baud", metavar="N", type=_baud_rate, help="set all baud rates, bit/s; 1M too"
+    )
     group.add_argument(
         "--return-delay", metavar="N", type=int, help="set all Return Delay Times, in 2 us"
     )

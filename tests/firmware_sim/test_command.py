@@ -123,6 +123,8 @@ def test_another_simulators_link_is_left_alone(tmp_path: Path) -> None:
         (("--servo", "xm430-w350:253"), "IDs go from 0 to 252"),
         (("--servo", "xm430-w350:1", "xl330-m288:1"), "ID 1 is given twice"),
         (("--servo", "xm430-w350:1", "--baud", "12345"), "baud = 12345 is none of"),
+        (("--servo", "xm430-w350:1", "--baud", "12.345k"), "baud = 12345 is none of"),
+        (("--servo", "xm430-w350:1", "--baud", "fast"), "'fast' is no baud rate"),
         (("--servo", "xl330-m288:1", "--baud", "4500000"), "baud = 4500000 is none of"),
         (("--servo", "xm430-w351:1"), "did you mean xm430-w350"),
         (("--servo", "xm430-w350@1000:1"), "is not of the form MODEL:ID"),
@@ -162,7 +164,7 @@ def test_an_arms_description_and_overrides(tmp_path: Path) -> None:
         assert ping(port, 1_000_000)[9:11] == bytes((1200 & 0xFF, 1200 >> 8))
     with running(arguments=("--rig", str(tmp_path / "thing.toml"))) as port:
         assert ping(port, 57_600)[9:11] == bytes((1200 & 0xFF, 1200 >> 8))
-    with running(arguments=(*arguments, "--baud", "4000000")) as port:
+    with running(arguments=(*arguments, "--baud", "4M")) as port:
         assert ping(port, 4_000_000)[9:11] == bytes((1200 & 0xFF, 1200 >> 8))
 
 
