@@ -19,6 +19,7 @@ COMMANDS = {
     "grip": "Open or close the gripper, to a width or until it holds something.",
     "jog": "Move JOINT by DEGREES (at most 45, negative backwards), slowly; then hold.",
     "learn": "Learn an arm's synergies from captured reaches.",
+    "motion": "Look into motion files, and turn one kind into another.",
     "park": "Put an arm to its rest posture and switch its torque off.",
     "reach": "Reach a target as a person would, on a real or simulated arm.",
     "reboot": "Restart servos of an arm that a hardware error has stopped.",

@@ -63,3 +63,34 @@ def to_expmap(quaternion: ArrayLike) -> FloatArray:
     # Near the identity angle / sine tends to 2
     ratio = np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 1e-12)
     return np.asarray(q[..., :3] * ratio)
+
+
+def from_matrix(rotation: ArrayLike) -> FloatArray:
+    """Quaternions of rotation matrices.
+
+    Of the four ways to write one, each divided by another component, the one with the largest
+    divisor is taken (Shepperd 1978), so that no digits are lost at any angle.
+
+    Parameters
+    ----------
+    rotation : array_like, shape (..., 3, 3)
+
+    Returns
+    -------
+    array, shape (..., 4)
+        Of unit length.
+    """
+    R = np.asarray(rotation, dtype=np.float64)
+    trace = np.trace(R, axis1=-2, axis2=-1)
+    # Row i of K is 4 q_i q: symmetric, and its diagonal 4 q_i^2 says which row is the best
+    K = np.empty((*R.shape[:-2], 4, 4))
+    K[..., :3, :3] = R + R.swapaxes(-1, -2)
+    for axis in range(3):
+        K[..., axis, axis] = 1.0 - trace + 2.0 * R[..., axis, axis]
+    K[..., 3, 3] = 1.0 + trace
+    K[..., 3, 0] = K[..., 0, 3] = R[..., 2, 1] - R[..., 1, 2]
+    K[..., 3, 1] = K[..., 1, 3] = R[..., 0, 2] - R[..., 2, 0]
+    K[..., 3, 2] = K[..., 2, 3] = R[..., 1, 0] - R[..., 0, 1]
+    best = np.argmax(np.diagonal(K, axis1=-2, axis2=-1), axis=-1)
+    q = np.take_along_axis(K, best[..., None, None], axis=-2)[..., 0, :]
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))

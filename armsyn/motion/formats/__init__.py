@@ -13,7 +13,19 @@ from typing import NamedTuple
 
 from armsyn.errors import FormatError
 from armsyn.motion.body import BodyMotion
-from armsyn.motion.formats import amc, bvh, bvh_write, c3d_format, csv_format, npz_format, trc
+from armsyn.motion.formats import (
+    amc,
+    bvh,
+    bvh_write,
+    c3d_format,
+    csv_format,
+    delimited,
+    mat,
+    npz_bodies,
+    npz_format,
+    trc,
+)
+from armsyn.motion.formats.archive import opened
 from armsyn.motion.formats.options import Reading, ReadOptions
 from armsyn.motion.motion import Motion
 
@@ -57,19 +69,34 @@ class Format(NamedTuple):
     takes: Callable[[Path], tuple[str, ...]] | None = None
 
 
-def _own(read: Callable[[Path], Motion]) -> Callable[[Path, ReadOptions], Reading]:
-    """Read one of our own formats, which leave nothing open."""
-    return lambda path, _: Reading(read(path), {})
+def _read_npz(path: Path, options: ReadOptions) -> Reading:
+    """Read a motion of our own, or one of the skeletons in an archive."""
+    with opened(path) as archive:
+        of_bodies = npz_bodies.is_body(archive.keys)
+    if of_bodies:
+        return npz_bodies.read(path, options)
+    if options.given():
+        raise FormatError(f"{path}: a motion of armsyn leaves nothing open: give no options")
+    return Reading(npz_format.read(path), {})
 
 
 _EDGE = frozenset({"rate", "up", "unit"})
+_TABLE = _EDGE | {"columns", "joints"}
 FORMATS: dict[str, Format] = {
     ".amc": Format("ASF/AMC", amc.read, _EDGE | {"skeleton"}),
     ".bvh": Format("BVH", bvh.read, _EDGE, write_body=bvh_write.write),
     ".c3d": Format("C3D", c3d_format.read, _EDGE),
-    ".csv": Format("CSV of armsyn", _own(csv_format.read), write=csv_format.write),
-    ".npz": Format("npz of armsyn", _own(npz_format.read), write=npz_format.write),
+    ".csv": Format("delimited text", delimited.read, _TABLE, write=csv_format.write),
+    ".mat": Format("MATLAB, of HuG-MP", mat.read, takes=mat.takes),
+    ".npz": Format(
+        *("numpy archive", _read_npz, frozenset({"up"})),
+        write=npz_format.write,
+        write_body=npz_bodies.write,
+        takes=npz_bodies.takes,
+    ),
     ".trc": Format("TRC", trc.read, _EDGE, write=trc.write),
+    ".tsv": Format("delimited text", delimited.read, _TABLE),
+    ".txt": Format("delimited text", delimited.read, _TABLE),
 }
 """By suffix, lower case."""
 
