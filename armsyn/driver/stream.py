@@ -30,7 +30,8 @@ OnTick = Callable[[float, float], None]
 """Called after each tick with path time and the path's duration, s; must return quickly."""
 
 HEALTH_INTERVAL = 0.25
-"""Seconds in which the slow checks have visited every servo: torque, errors, temperature."""
+"""Seconds in which the slow checks have visited every servo: torque, errors, temperature. Slow
+rates make several a tick, as far as the period has time for them."""
 
 REST_AFTER = 0.02
 """Seconds of stall after which the stream starts from rest again."""
@@ -131,7 +132,8 @@ class Streamer:
         self._judged_by = TickState.at_rest(self.commanded)._replace(current=np.zeros(n))
         self._warm: set[str] = set()
         self.begin()
-        self._health_every = max(1, round(HEALTH_INTERVAL / self.settings.period / self.link.polls))
+        self._polls_each_tick = self.link.polls * self.settings.period / HEALTH_INTERVAL
+        self._polls_due, self._turn = 0.0, 0
 
     def begin(self) -> None:
         """Let the time line begin now; what was made ready before does not count as silence."""
@@ -311,17 +313,26 @@ class Streamer:
         )
 
     def _check_health(self, state: JointState) -> ArmFaultError | None:
-        """Ask a servo that has its alert bit set, else every now and then the next in turn."""
+        """Ask a servo that has its alert bit set, else those whose turn it is."""
         if state.alert.any():
             row = int(np.argmax(state.alert))
             found = self.watch.poll_fault(self.link.read_health(row))
             return found or self.watch.alert_fault(row)
-        turn, rest = divmod(self.ticks, self._health_every)
-        if rest:
-            return None
-        health = self.link.poll(turn)
-        self._warn_of_heat()
-        return self.watch.poll_fault(health) or self.watch.silence_fault(health)
+        self._polls_due = min(self._polls_due + self._polls_each_tick, float(self.link.polls))
+        began, made = self.clock.now(), 0
+        while self._polls_due >= 1.0 and (made == 0 or self._has_time_for_more(began, made)):
+            health = self.link.poll(self._turn)
+            self._turn, self._polls_due, made = self._turn + 1, self._polls_due - 1.0, made + 1
+            self._warn_of_heat()
+            found = self.watch.poll_fault(health) or self.watch.silence_fault(health)
+            if found is not None:
+                return found
+        return None
+
+    def _has_time_for_more(self, began: float, made: int) -> bool:
+        """Whether one more slow check, as long as those before, ends before the next tick."""
+        now = self.clock.now()
+        return now + (now - began) / made < self._next
 
     def _warn_of_heat(self) -> None:
         """Say once of each joint that it is nearly too hot."""

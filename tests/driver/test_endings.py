@@ -6,6 +6,8 @@ from msgspec.structs import replace
 
 from armsyn.arm import ArmDescription
 from armsyn.driver import ArmSession, Ending, Recording, path
+from armsyn.driver.joints import JointGroup
+from armsyn.driver.stream import HEALTH_INTERVAL
 from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import (
     ArmFaultError,
@@ -211,6 +213,29 @@ def test_a_servo_that_restarts_is_a_fault(stepped: SteppedArm) -> None:
     stepped.at(0.3, stepped.servos[4].reboot)
     error = fault_at(stepped, ArmFaultError)
     assert "servo 5 (forearm_pronation)" in str(error)
+
+
+@pytest.mark.fault(10)
+@pytest.mark.parametrize("rate", [10.0, 50.0, 100.0, 200.0])
+def test_every_servo_is_looked_at_within_the_promised_time(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, rate: float
+) -> None:
+    looked: dict[int, list[float]] = {}
+    poll = JointGroup.poll
+
+    def noted(group: JointGroup, turn: int) -> object:
+        looked.setdefault(turn % group.polls, []).append(stepped.now())
+        return poll(group, turn)
+
+    monkeypatch.setattr(JointGroup, "poll", noted)
+    ticks: list[float] = []
+    recording = stepped.session(rate).run(
+        stepped.way(*LARGE), on_tick=lambda *_: ticks.append(stepped.now())
+    )
+    assert recording.missed_ticks == 0
+    assert len(looked) >= len(stepped.servos)
+    for times in looked.values():
+        assert np.diff([ticks[0], *times]).max() <= HEALTH_INTERVAL + 1.0 / rate
 
 
 def test_torque_switched_off_by_another_is_a_fault(stepped: SteppedArm) -> None:
