@@ -67,6 +67,11 @@ class IndirectBlock:
     ------
     ValueError
         They have more bytes than there are slots.
+
+    Attributes
+    ----------
+    address, size : int
+        Where they then stand side by side.
     """
 
     def __init__(self, area: IndirectArea, registers: Sequence[Register]) -> None:
@@ -75,7 +80,10 @@ class IndirectBlock:
             raise ValueError(f"{self.size} bytes do not fit {area.slots} indirect addresses")
         self._area = area
         self._registers = tuple(registers)
+        self.address = area.data
         self._addresses = Register("Indirect Address 1 and on", area.addresses, 2 * self.size)
+        places = [r.address + n for r in registers for n in range(r.size)]
+        self._wanted = int.from_bytes(b"".join(p.to_bytes(2, "little") for p in places), "little")
 
     def point(self, bus: Bus, servo_ids: tuple[int, ...]) -> None:
         """Let the indirect addresses of servos point at the registers, and read them back.
@@ -87,20 +95,30 @@ class IndirectBlock:
         BusError, PortLostError
             As `Bus.read_all`.
         """
-        places = [r.address + n for r in self._registers for n in range(r.size)]
-        wanted = int.from_bytes(b"".join(p.to_bytes(2, "little") for p in places), "little")
-        bus.sync_write(self._addresses, dict.fromkeys(servo_ids, wanted))
-        for servo_id, value in bus.read_all(self._addresses, servo_ids).items():
-            if value != wanted:
+        bus.sync_write(self._addresses, dict.fromkeys(servo_ids, self._wanted))
+        pointed = self.pointed(bus, servo_ids)
+        for servo_id in servo_ids:
+            if servo_id not in pointed:
                 raise HardwareFaultError(
                     f"servo {servo_id} on {bus.port_name} does not take its indirect addresses"
                     f" (register {self._area.addresses}): check its model and firmware",
                     servo_id,
                 )
 
+    def pointed(self, bus: Bus, servo_ids: tuple[int, ...]) -> tuple[int, ...]:
+        """Return those of the servos whose indirect addresses point at the registers already.
+
+        Raises
+        ------
+        BusError, PortLostError
+            As `Bus.read_all`.
+        """
+        values = bus.read_all(self._addresses, servo_ids)
+        return tuple(i for i, value in values.items() if value == self._wanted)
+
     def plan(self, servo_ids: tuple[int, ...], kind: Kind = "sync") -> ReadPlan:
         """Return how to read the block of servos whose indirect addresses point at it."""
-        return ReadPlan(kind, 2, self._area.data, self.size, servo_ids)
+        return ReadPlan(kind, 2, self.address, self.size, servo_ids)
 
     def decode(self, data: bytes) -> dict[str, int]:
         """Values by the registers' names, of what a servo answered to `plan`."""

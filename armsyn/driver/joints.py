@@ -26,6 +26,7 @@ from armsyn.driver.blocks import (
     health_plan,
     state_plans,
 )
+from armsyn.driver.gathering import gather_health
 from armsyn.driver.parser import StatusPacket
 from armsyn.driver.plans import ReadPlan, exchange_duration
 from armsyn.driver.registers import Register, X
@@ -171,7 +172,9 @@ class JointGroup:
         self._goals = _goals_of(self._leaders)
         self._lowest, self._highest = _goal_range(self._leaders)
         self._whole_state = _whole_state(blocks)
-        self._polls = self._make_polls(missing)
+        self._missing = missing
+        self._gathered: dict[int, HealthBlock] = {}
+        self._polls = self._make_polls()
         self._first_polls = {poll.row: poll for poll in reversed(self._polls)}
         self._make_arrays()
 
@@ -191,16 +194,26 @@ class JointGroup:
             voltage=np.full(n, np.nan),
         )
 
-    def _make_polls(self, missing: Collection[int]) -> tuple[_Poll, ...]:
+    def gather_health(self, servos: ServoGroup, limp: Collection[int]) -> None:
+        """Make the slow checks of servos by one read each, where that can be had.
+
+        As `armsyn.driver.gathering.gather_health`, which writes to limp ones; to be called before
+        torque.
+        """
+        self._gathered = gather_health(servos, limp)
+        self._polls = self._make_polls()
+
+    def _make_polls(self) -> tuple[_Poll, ...]:
         """Torque and errors of every servo first, then temperatures and how shadows follow."""
         first, later = [], []
         for row, servo in enumerate(self.group.servos):
-            if servo.id in missing:
+            if servo.id in self._missing:
                 continue
             layout = self.group.models[servo.id].layout
+            gathered = self._gathered.get(servo.id)
             polls = [
                 _Poll(row, block, health_plan(self.group, servo.id, block))
-                for block in HEALTH_BLOCKS[layout]
+                for block in (HEALTH_BLOCKS[layout] if gathered is None else (gathered,))
                 if self.group.having(block.name, (servo.id,))
             ]
             first.append(polls[0])
@@ -339,6 +352,9 @@ class JointGroup:
         health = poll.block.decode(poll.row, reply)
         if health.voltage == health.voltage:  # not NaN
             self._keep(poll.row, health.voltage, health.temperature)
+        if health.torque_enabled is False and poll.block is self._gathered.get(servo_id):
+            # a servo that restarted points nowhere: its registers themselves are asked
+            return self._ask(self._first_polls[poll.row])
         if health.torque_enabled is False and self.group.having("Bus Watchdog", (servo_id,)):
             # why: a servo that restarted has lost its watchdog, too
             plan = health_plan(self.group, servo_id, WATCHDOG_BLOCK)

@@ -189,6 +189,7 @@ class ArmRun:
 
     def _power_up(self, log: StreamLog, lead: LeadSettings) -> Streamer:
         try:
+            self.joints.gather_health(self.group, self._limp)
             facts = power.prepare(self.group, self._facts, self._profiles)
             streamer = self._make_streamer(facts, log, lead)
             power.power_up(self.group, facts)
