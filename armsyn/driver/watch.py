@@ -27,6 +27,10 @@ LOWEST_SUCCESS = 0.5
 LONGEST_SILENCE = 0.2
 """Seconds without a reply after which a servo counts as silent: an error budget, not one strike."""
 
+FEWEST_UNANSWERED = 3
+"""Reads in a row, and so periods, that must have brought no reply then: at slow rates, or after a
+stall, one lost reply is no silence."""
+
 MISSED_ROUNDS = 3
 """Rounds of slow checks without a reply after which a servo that nothing else is read of, such as
 a shadow or a gripper, counts as silent."""
@@ -103,6 +107,7 @@ class ArmWatch:
         self._successes: deque[bool] = deque(maxlen=SUCCESS_WINDOW)
         self._speed = np.zeros(n)
         self._heard = np.full(n, now)
+        self._unanswered = np.zeros(n, dtype=np.int64)
         self._unheard = np.zeros(len(settings.servos), dtype=np.int64)
 
     @property
@@ -131,6 +136,7 @@ class ArmWatch:
         faded = self._speed * (1.0 - period / SPEED_MEMORY)
         self._speed = np.maximum(np.abs(command - before) / period, faded)
         self._heard[state.fresh] = now
+        self._unanswered = np.where(state.fresh, 0, self._unanswered + 1)
         self._successes.append(bool(state.fresh.all()))
         there = np.abs(command - state.position).max() < SETTLED_ERROR
         arrived = there and np.abs(state.velocity).max() < SETTLED_SPEED and state.fresh.all()
@@ -152,9 +158,10 @@ class ArmWatch:
         BusTimeoutError, BusError, FollowingError or None
             A servo silent for too long; too many commands lost; an arm off its goals.
         """
-        silence = now - self._heard
+        lost = self._unanswered >= FEWEST_UNANSWERED
+        silence = np.where(lost, now - self._heard, 0.0)
         silent = int(np.argmax(silence))
-        if silence[silent] > LONGEST_SILENCE:
+        if silence[silent] > max(LONGEST_SILENCE, FEWEST_UNANSWERED * self.settings.period):
             servo = self.settings.servos[silent]
             return BusTimeoutError(
                 f"{title_of(servo)} has been silent for {silence[silent]:.2f} s: check its cable"

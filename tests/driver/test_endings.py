@@ -245,6 +245,30 @@ def test_torque_switched_off_by_another_is_a_fault(stepped: SteppedArm) -> None:
     )
 
 
+def lost_for(stepped: SteppedArm, after: float, duration: float) -> None:
+    """Lose servo 4's replies for a time."""
+    stepped.at(after, lambda: setattr(stepped, "damage", without(4)))
+    stepped.at(after + duration, lambda: setattr(stepped, "damage", lambda data: data))
+
+
+@pytest.mark.fault(9)
+@pytest.mark.parametrize("rate", [7.0, 10.0, 200.0])
+def test_one_lost_reply_is_no_silence(stepped: SteppedArm, rate: float) -> None:
+    """At a slow rate, and after a stall."""
+    lost_for(stepped, 0.5, 1.2 / rate)
+    stepped.at(0.5, lambda: stepped.clock.advance(0.2 if rate > 10.0 else 0.0))
+    recording = stepped.session(rate).run(stepped.way(*LARGE))
+    assert recording.ending is Ending.COMPLETED
+    assert 1 <= recording.stale[:, 3].sum() <= 2
+
+
+@pytest.mark.fault(9)
+def test_a_silent_servo_is_found_at_a_slow_rate(stepped: SteppedArm) -> None:
+    stepped.at(0.3, lambda: setattr(stepped, "damage", without(7)))
+    with pytest.raises(BusTimeoutError, match=r"servo 7 \(wrist_deviation\) has been silent"):
+        stepped.session(10.0).run(stepped.way(*LARGE))
+
+
 @pytest.mark.fault(9)
 def test_a_silent_servo_stops_the_others(stepped: SteppedArm) -> None:
     stepped.at(0.3, lambda: setattr(stepped, "damage", without(4)))
