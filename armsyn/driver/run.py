@@ -51,6 +51,11 @@ HELD = "left with torque on (but where a servo lost it), holding, watchdog armed
 HELD_UNWATCHED = "left with torque as the fault left it, holding, watchdog off"
 """What a fault leaves, for its message."""
 
+RELEASED = "left without torque, released at rest"
+HALF_RELEASED = "left with only servo {} under torque, holding; the others were released at rest"
+UNKNOWN_RELEASE = "being released at rest, and whether the servos have torque cannot be read"
+"""The same, from when the torque goes off after parking."""
+
 _SPARE = 1.5
 """How much longer than planned a run may become and still be recorded whole."""
 
@@ -119,6 +124,7 @@ class ArmRun:
         self._limp: frozenset[int] = frozenset()
         self._profiles: dict[str, dict[int, int]] = {}
         self._armed = False
+        self._releasing = False
         self._strangers = joints.bus.foreign_traffic
 
     def execute(self) -> None:
@@ -173,11 +179,23 @@ class ArmRun:
 
     def _left(self) -> str:
         """What a fault leaves, for its message."""
+        if self._releasing:
+            armed = "watchdog armed" if self._armed else "watchdog off"
+            return f"{self._released()}, {armed}: {CURE}"
         if not self._armed:
             return HELD_UNWATCHED
         lacking = ", ".join(str(servo.servo_id) for servo in unwatched(self._facts))
         without = f" (servo {lacking} has none: it holds until it is released)" if lacking else ""
         return f"{HELD}{without}: {CURE}"
+
+    def _released(self) -> str:
+        """Who has torque now that it was to go off."""
+        try:
+            torque = self.group.read("Torque Enable")
+        except ArmFaultError:
+            return UNKNOWN_RELEASE
+        holding = ", ".join(str(servo_id) for servo_id, on in torque.items() if on)
+        return HALF_RELEASED.format(holding) if holding else RELEASED
 
     def _heed_stop(self) -> None:
         """Give no torque to an arm that was asked to stop."""
@@ -295,6 +313,7 @@ class ArmRun:
             self._hold(streamer, self.fault)
             return
         if self.ending is Ending.PARKED:
+            self._releasing = True
             power.torque_off(self.group)
         else:
             power.check_holding(self.group)
@@ -340,6 +359,9 @@ class ArmRun:
             limits = streamer.settings.limits
             there = streamer.measured[joint]
             goals[joint] = np.clip(there, limits.lower[joint], limits.upper[joint])
+        if self._releasing:  # who is limp is not to be told where to go
+            streamer.note(str(error), "fault")
+            return
         streamer.note(f"held: {error}", "fault")
         with contextlib.suppress(ArmFaultError):  # a port that is gone cannot be told
             self.joints.send(goals)

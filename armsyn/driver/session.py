@@ -16,6 +16,8 @@ second request, fault  on, holding (what a fault left)   goals stand still at on
 host dead              the servos' own                   stopped by their watchdog          expired
 =====================  ================================  =================================  ========
 
+A fault after `park` has switched the torque off leaves it off, and its message says so.
+
 The same holds for both servos of a dual joint. Servos without a watchdog (Protocol 1.0, XL-320, X
 series before firmware 38) need `accept_no_watchdog`: where the table says armed or expired, they go
 on to the last goal they heard and hold it until somebody lets them go. The gripper is no part of a

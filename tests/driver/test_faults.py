@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from armsyn.driver import Ending, power, run
+from armsyn.driver import ArmSession, Ending, power, run, straight_way
 from armsyn.driver.course import PathCourse
 from armsyn.driver.joints import JointState
 from armsyn.driver.timing import WATCHDOG_UNITS
@@ -117,6 +117,31 @@ def test_the_time_torque_takes_is_no_silence(
     recording = stepped.session().run(stepped.way(*LARGE))
     assert recording.ending is Ending.COMPLETED
     assert recording.stale[0].any()
+
+
+def parked(stepped: SteppedArm) -> ArmSession:
+    """Go to and fro, and park."""
+    session, arm = stepped.session(), stepped.description
+    way = stepped.way(0.1)
+    back = straight_way(way.angles[-1], arm.rest, arm, 200.0)
+    session.run(way, park=back)
+    return session
+
+
+def test_a_fault_after_parking_says_that_the_torque_is_off(stepped: SteppedArm) -> None:
+    deafen(stepped.by_id[3], 98, 0)  # keeps its watchdog
+    with pytest.raises(HardwareFaultError, match=r"servo 3 .* does not take 0 as its Bus") as caught:
+        parked(stepped)
+    assert f"left without torque, released at rest, watchdog armed: {run.CURE}" in str(caught.value)
+    assert LEFT not in str(caught.value)
+    assert stepped.torque() == OFF
+
+
+def test_a_servo_that_keeps_its_torque_after_parking_is_named(stepped: SteppedArm) -> None:
+    deafen(stepped.by_id[3], TORQUE_ENABLE, 0)
+    with pytest.raises(HardwareFaultError, match="left with only servo 3 under torque, holding"):
+        parked(stepped)
+    assert stepped.torque() == [0, 0, 1, 0, 0, 0, 0]
 
 
 @pytest.mark.fault(30)
