@@ -1,6 +1,8 @@
 """Fixtures that every room's tests share, and the check that no test leaves anything behind."""
 
 import os
+import shutil
+import tempfile
 import threading
 from collections import Counter
 from collections.abc import Iterator
@@ -55,6 +57,21 @@ REALTIME = frozenset(
 )
 """Tests that keep to the clock of the wall together with other processes: they want the machine to
 themselves, while all others may share it."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep the user's own arms out of tests, and tests out of them, also while tests are found.
+
+    A real arm (``--port``) is used with its own calibration.
+    """
+    if config.getoption("--port", None) is not None:
+        return
+    home = tempfile.mkdtemp(prefix="armsyn-tests-")
+    patch = pytest.MonkeyPatch()
+    patch.setenv("XDG_CONFIG_HOME", home)
+    patch.delenv("ARMSYN_CALIBRATION", raising=False)
+    config.add_cleanup(lambda: shutil.rmtree(home))
+    config.add_cleanup(patch.undo)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 from tests.conftest import held
 
@@ -36,3 +37,13 @@ def test_threads_and_ports_are_found() -> None:
         release.set()
         thread.join()
     assert not held() - before
+
+
+FOUND_WITH = os.environ.get("XDG_CONFIG_HOME")
+
+
+def test_the_users_own_arms_are_out_of_reach_also_while_tests_are_found() -> None:
+    assert FOUND_WITH is not None
+    assert os.environ["XDG_CONFIG_HOME"] == FOUND_WITH
+    assert not Path(FOUND_WITH).is_relative_to(Path.home() / ".config")
+    assert "ARMSYN_CALIBRATION" not in os.environ

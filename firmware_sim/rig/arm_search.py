@@ -16,8 +16,9 @@ def find_arm(name: str, calibration: Path | None) -> Path:
     name : str
         The file's name without ``.toml``.
     calibration : Path or None
-        The only folder to look in, if given; else ``$ARMSYN_CALIBRATION``, ``./calibration``, and
-        the folders beside this package where a checkout and a wheel keep them.
+        The only folder to look in, if given; else ``$ARMSYN_CALIBRATION``, ``./calibration``,
+        ``armsyn/calibration`` in ``$XDG_CONFIG_HOME`` or ``~/.config``, and the folders beside this
+        package where a checkout and a wheel keep them: the order in which armsyn looks for it.
 
     Returns
     -------
@@ -45,6 +46,17 @@ def _calibration_folders() -> list[Path]:
     return [
         *([Path(named)] if named else []),
         Path("calibration"),
-        packages / "calibration",
+        *_user_folders(),
         packages / "armsyn" / "calibration",
+        packages / "calibration",
     ]
+
+
+def _user_folders() -> list[Path]:
+    """The user's own folder, if there is one: a relative ``$XDG_CONFIG_HOME`` is ignored."""
+    configured = Path(os.environ.get("XDG_CONFIG_HOME") or "")
+    try:
+        root = configured if configured.is_absolute() else Path.home() / ".config"
+    except RuntimeError:  # the user has no home
+        return []
+    return [root / "armsyn" / "calibration"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,14 +13,6 @@ from armsyn.cli.main import main
 from tests.cli.commands import Outcome
 
 CALIBRATION = Path(__file__).resolve().parents[2] / "calibration"
-
-
-@pytest.fixture(scope="session", autouse=True)
-def no_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Keep the user's own calibrations out of tests, and tests out of them."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("config")))
-        yield
 
 
 @pytest.fixture
