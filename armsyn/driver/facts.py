@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from armsyn.arm import ServoDescription
 from armsyn.driver import registers as reg
 from armsyn.driver.models import a_model, model_name
-from armsyn.driver.plans import ReadPlan
+from armsyn.driver.presence import hardware_error
 from armsyn.driver.servos import ServoGroup, title_of
 from armsyn.errors import (
     BusTimeoutError,
@@ -18,8 +18,6 @@ from armsyn.errors import (
 
 PROFILES = ("Profile Velocity", "Profile Acceleration", "Moving Speed", "Goal Acceleration")
 """Registers that shape a servo's way to its goal, velocities first: they bound accelerations."""
-
-_ATTEMPTS = 3
 
 
 @dataclass(frozen=True)
@@ -206,27 +204,9 @@ def read_facts(group: ServoGroup) -> tuple[ServoFacts, ...]:
             f"servos {error.servo_ids} on {group.bus.port_name} answer a ping but not a read: their"
             f" Status Return Level (register {address}) may be 0, it must be 1 or 2"
         ) from error
-    values["Hardware Error Status"] |= _status_errors(group)
+    lacking = [i for i in group.ids if "Hardware Error Status" not in group.models[i].layout]
+    values["Hardware Error Status"] |= {i: hardware_error(group, i) for i in lacking}
     return tuple(_facts(group, servo, values) for servo in group.servos)
-
-
-def _status_errors(group: ServoGroup) -> dict[int, int]:
-    """What the status bytes of servos say that have no Hardware Error Status."""
-    found = {}
-    for servo in group.servos:
-        layout = group.models[servo.id].layout
-        if "Hardware Error Status" in layout:
-            continue
-        torque = layout["Torque Enable"]
-        plan = ReadPlan("single", servo.protocol, torque.address, torque.size, (servo.id,))
-        for _ in range(_ATTEMPTS):
-            reply = group.bus.exchange(b"", (plan,), group.bus.margin).get(servo.id)
-            if reply is not None:
-                found[servo.id] = reply.hardware_error or 0
-                break
-        else:
-            raise BusTimeoutError(f"no answer from {group.title(servo.id)}", (servo.id,))
-    return found
 
 
 def _facts(

@@ -65,19 +65,22 @@ class SerialPort:
     def __init__(self, path: str, baud: int) -> None:
         self.path = path
         self._oversleep = 100e-6
+        self._descriptor = -1
         self._lock: PortLock | None = None
         try:
             with _explained(path):
                 Path(path).stat()
                 self._lock = PortLock(path)
                 self.serial = serial.Serial(path, baud, timeout=0, exclusive=True)
-            self._descriptor: int = self.serial.fileno()
+                self._descriptor = self.serial.fileno()
             with contextlib.suppress(OSError, ValueError, AttributeError):
                 # an FTDI adapter then answers after 1 ms instead of 16; others do not need it
                 self.serial.set_low_latency_mode(True)
         except BaseException:
             if self._lock is not None:
                 self._lock.release()
+            if hasattr(self, "serial"):
+                self.serial.close()
             raise
 
     @property

@@ -57,6 +57,24 @@ def test_the_adapter_is_looked_at(
     opened.close()
 
 
+@pytest.mark.parametrize("what", ["fileno", "set_low_latency_mode"])
+def test_what_fails_after_opening_gives_everything_back(
+    terminal: tuple[int, str], monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    opened: list[serial.Serial] = []
+
+    def fails(port: serial.Serial, *_: object) -> None:
+        opened.append(port)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(serial.Serial, what, fails)
+        with pytest.raises(KeyboardInterrupt):
+            SerialPort(terminal[1], 1_000_000)
+    assert [port.is_open for port in opened] == [False]
+    SerialPort(terminal[1], 1_000_000).close()
+
+
 def test_unusual_baud_rates(terminal: tuple[int, str]) -> None:
     port = SerialPort(terminal[1], 57_600)
     port.set_baud(1_234_567)
