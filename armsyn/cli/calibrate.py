@@ -94,7 +94,7 @@ def _report(
 ) -> None:
     from armsyn.arm.calibration_file import is_found_from_everywhere, with_calibration
     from armsyn.cli.calibrate_report import document, show, write
-    from armsyn.cli.prompts import person
+    from armsyn.cli.prompts import next_command, person
     from armsyn.errors import InputError, ServoMismatchError
 
     show(arm, calibration)
@@ -113,6 +113,9 @@ def _report(
             "commands that run in another folder do not find it there: give them --calibration"
             f" {target.parent}, or set ARMSYN_CALIBRATION to that"
         )
+    if written:
+        command = next_command("status --watch", options)
+        asked.say(f"next: {command}; move each joint and look whether its angle follows")
     if options["as_json"]:
         import json
 

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 
 NOTHING_FOUND = 3
 
+_PLUG_IN = (
+    "plug the arm's adapter in (lsusb shows whether it is seen), then run armsyn find-port again;"
+    " without --port, commands such as armsyn reach move a simulated arm"
+)
+
 
 @click.command(name="find-port")
 @click.option(
@@ -138,11 +143,13 @@ def _show(ports: tuple[PortFacts, ...], probes: dict[str, Probe], *, probing: bo
 
     console = Console(highlight=False, soft_wrap=True, markup=False)
     if not ports:
-        console.print("no serial port: plug the arm's adapter in (lsusb shows whether it is seen)")
+        console.print(f"no serial port: {_PLUG_IN}")
     for port in ports:
         console.print(f"{port.path}: {_adapter(port)}")
         for line in _findings(port, probes.get(port.path), probing=probing):
             console.print(f"  {line}")
+    if ports and all(port.usb_id is None and not port.named for port in ports):
+        console.print(f"no USB adapter among them: {_PLUG_IN}")
 
 
 def _findings(port: PortFacts, probe: Probe | None, *, probing: bool) -> list[str]:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import select
 import sys
-from collections.abc import Callable
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
 
 import click
 
@@ -77,6 +77,24 @@ class TerminalPerson:
         if not sys.stdin.readline():
             raise click.Abort
         look()
+
+
+def next_command(name: str, options: Mapping[str, Any]) -> str:
+    """A command for the same arm, to be named as the next step.
+
+    Parameters
+    ----------
+    name : str
+        Of the command, with what else belongs to it.
+    options : mapping of str to object
+        Of the command that has ended; ``arm_name`` and ``port``, and if given ``name`` and
+        ``calibration``.
+    """
+    words = ["armsyn", name, "--arm", options["arm_name"], "--port", options["port"]]
+    for option in ("name", "calibration"):
+        if options.get(option) is not None:
+            words += [f"--{option}", str(options[option])]
+    return " ".join(words)
 
 
 def person() -> Person:

@@ -81,6 +81,7 @@ def setup(**options: Any) -> None:
             work.together(bus)
         else:
             work.one_by_one(bus)
+    work.tell_next()
     if options["as_json"]:
         import json
 
@@ -147,6 +148,16 @@ class _Setup:
         from armsyn.driver.setup import plan_arm
 
         self._carry_out(bus, plan_arm(bus, self._arm, self._servos))
+
+    def tell_next(self) -> None:
+        """Name the next step when all servos of the arm are set up."""
+        from armsyn.cli.prompts import next_command
+
+        done = [s for s in self.document["servos"] if s["written"] or not s["changes"]]
+        if len(done) < len(self._arm.servo):
+            return
+        together = "" if self._options["together"] else "connect all servos to each other, then "
+        self._person.say(f"next: {together}{next_command('calibrate', self._options)}")
 
     def _carry_out(self, bus: Bus, plans: tuple[ServoPlan, ...]) -> None:
         from armsyn.cli.setup_changes import allowed

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 
 import pytest
+from serial.tools.list_ports_common import ListPortInfo
 
 from armsyn.driver import find_port as ports
 from armsyn.driver import port_probe
@@ -59,7 +60,21 @@ def test_no_port_at_all(call: Call) -> None:
     said = call("find-port")
     assert said.status == 3
     assert said.out.startswith("no serial port: plug the arm's adapter in")
+    assert "then run armsyn find-port again" in said.out
     call("find-port", "--unplug").refused(3, "no serial port at all: plug the arm's adapter in")
+
+
+def test_ports_without_an_adapter_say_what_to_do(
+    call: Call, monkeypatch: pytest.MonkeyPatch, servos: RunningSimulator
+) -> None:
+    built_in = ListPortInfo(servos.port)
+    monkeypatch.setattr(ports.list_ports, "comports", lambda: [built_in])
+    said = call("find-port")
+    assert said.status == 3
+    lines = said.out.splitlines()
+    assert lines[1].startswith("  not probed: no USB adapter")
+    assert lines[2].startswith("no USB adapter among them: plug the arm's adapter in")
+    assert "no USB adapter among" not in call("find-port", "--also", servos.port).out
 
 
 def test_silent_servos_are_no_find(call: Call, servos: RunningSimulator) -> None:

@@ -193,6 +193,18 @@ def test_refusals_are_one_line(call: Call, lone: RunningSimulator, folder: Path)
     call("calibrate", "--arm", "koch", *where[:4], "--name", "../x").refused(2, "--name")
 
 
+def test_an_arm_that_is_set_up_is_sent_to_its_calibration(
+    call: Call, person: Callable[..., ScriptedPerson], arm: RunningSimulator, folder: Path
+) -> None:
+    where = ("--arm", SMALL, "--port", arm.port, "--calibration", folder)
+    asked = person()
+    assert call("setup", *where, "--all", "--yes").status == 0
+    assert asked.heard[-1] == f"next: armsyn calibrate {' '.join(map(str, where))}"
+    asked = person()
+    assert call("setup", *where, "--all", "--yes", "--servo", 1).status == 0
+    assert "next:" not in asked.said
+
+
 def test_a_servo_under_torque_is_left_alone(
     call: Call, lone: RunningSimulator, folder: Path
 ) -> None:
@@ -316,6 +328,8 @@ def test_an_arm_is_calibrated_by_its_rest_posture(
     assert "Rest posture of small" in asked.said
     path = folder / f"{SMALL}.left.calibration.json"
     assert f"wrote {path}\ncommands that run in another folder" in asked.said
+    options = f"--arm {SMALL} --port {arm.port} --name left --calibration {folder}"
+    assert f"next: armsyn status --watch {options};" in asked.said
     status = call("status", *where, "--name", "left", "--json")
     assert status.err.startswith(f"{SMALL} on {arm.port}, calibrated by {path}\n")
     assert status.document["calibration"] == str(path)
