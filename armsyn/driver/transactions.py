@@ -109,10 +109,11 @@ class Bus(ExchangeBus):
         request = write_request(self._protocol(servo_id), servo_id, register.address, data)
         self._ask(request, attempts)
 
-    def reboot(self, servo_id: int) -> None:
+    def reboot(self, servo_id: int, attempts: int = 3) -> None:
         """Let a servo start anew; it is deaf for a while then, and its RAM is as at power-on.
 
-        The servo's word is waited for, but need not come: low Status Return Levels forbid it.
+        The servo's word is waited for, but need not come: low Status Return Levels forbid it. One
+        that says that it heard a damaged request is told again.
 
         Raises
         ------
@@ -126,7 +127,12 @@ class Bus(ExchangeBus):
                 f"servo {servo_id} on {self.port_name} speaks protocol 1.0, which cannot reboot:"
                 " switch its power off and on"
             )
-        replies = self._run(reboot_request(servo_id))
+        for attempt in range(attempts):
+            if attempt:
+                self._spend([servo_id])
+            replies = self._run(reboot_request(servo_id))
+            if not replies or heard(replies):
+                break
         self._check(replies.values())
 
     def sync_write(self, register: Register, values: dict[int, int]) -> None:

@@ -212,6 +212,14 @@ def test_a_damaged_request_is_repeated(
             assert bus.budget.spent == 1
 
 
+def test_a_damaged_reboot_is_repeated() -> None:
+    arguments = ("--baud", "1000000", "--fault", "crc-error:to=servos,count=1")
+    with running("xm430-w350:1", arguments=arguments) as path, closing(open_bus(path)) as bus:
+        bus.reboot(1)  # a servo that heard it whole answers without an error
+        assert bus.budget.spent == 1
+        assert bus.ping(1, attempts=50)
+
+
 @pytest.mark.fault(3)
 def test_a_servo_that_hears_nothing_whole_counts_as_silent() -> None:
     arguments = ("--baud", "1000000", "--fault", "crc-error:to=servos")
