@@ -167,6 +167,8 @@ def read_facts(group: ServoGroup) -> tuple[ServoFacts, ...]:
     ------
     ServoMismatchError
         Servos that answer a ping but do not answer reads.
+    BusTimeoutError
+        Servos that have stopped answering since they were found.
     BusError, PortLostError
         As the bus.
     """
@@ -199,6 +201,7 @@ def read_facts(group: ServoGroup) -> tuple[ServoFacts, ...]:
         measuring = [i for i in group.ids if group.models[i].current_unit is not None]
         values["Current Limit"] = group.read("Current Limit", measuring)
     except BusTimeoutError as error:
+        _check_still_there(group, error.servo_ids)
         address = group.models[error.servo_ids[0]].layout["Status Return Level"].address
         raise ServoMismatchError(
             f"servos {error.servo_ids} on {group.bus.port_name} answer a ping but not a read: their"
@@ -207,6 +210,23 @@ def read_facts(group: ServoGroup) -> tuple[ServoFacts, ...]:
     lacking = [i for i in group.ids if "Hardware Error Status" not in group.models[i].layout]
     values["Hardware Error Status"] |= {i: hardware_error(group, i) for i in lacking}
     return tuple(_facts(group, servo, values) for servo in group.servos)
+
+
+def _check_still_there(group: ServoGroup, servo_ids: tuple[int, ...]) -> None:
+    """Tell servos that have gone from those that only do not answer reads; BusTimeoutError."""
+    gone = []
+    for servo_id in servo_ids:
+        try:
+            group.bus.ping(servo_id)
+        except BusTimeoutError:
+            gone.append(servo_id)
+    if gone:
+        named = ", ".join(group.title(servo_id) for servo_id in gone)
+        raise BusTimeoutError(
+            f"{named} on {group.bus.port_name} has stopped answering while the arm was checked:"
+            " check its power and cable",
+            tuple(gone),
+        )
 
 
 def _facts(

@@ -11,6 +11,7 @@ import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from armsyn.arm import ServoDescription
 from armsyn.arm.calibration import radians_per_tick
 from armsyn.driver import registers as reg
 from armsyn.driver.checks import check_pairs
@@ -24,12 +25,12 @@ from armsyn.safety import START_TOLERANCE
 RESTORE_ATTEMPTS = 3
 """How often what was found is written back before a servo is given up."""
 
-GOAL_TOLERANCE_TICKS = 150
-"""How far a servo under torque may be from its goal (13 degrees) for a motion to begin: goals lead
-by up to 0.22 rad against gravity (`armsyn.driver.gravity`)."""
+GOAL_TOLERANCE = 0.23
+"""rad that a servo under torque may be from its goal for a motion to begin: goals lead by up to
+0.22 rad against gravity (`armsyn.driver.gravity`)."""
 
-MOVED_TOLERANCE_TICKS = 64
-"""How far a servo may move (5.6 degrees) as torque comes on."""
+MOVED_TOLERANCE = 0.098
+"""rad that a servo may move as torque comes on."""
 
 DRIFT_TICKS_X = 8
 DRIFT_TICKS = {AX: 3, XL320: 3}
@@ -75,7 +76,7 @@ def prepare(
     goals = standing_goals(facts)
     for servo in facts:
         off = abs(goals[servo.servo_id] - servo.present_position)
-        if servo.torque_enabled and off > GOAL_TOLERANCE_TICKS:
+        if servo.torque_enabled and off > ticks_of(GOAL_TOLERANCE, servo.servo):
             raise HardwareFaultError(
                 f"{servo.title} is under torque and {off} ticks from its goal: it is moving or"
                 " held by something; wait, or free it",
@@ -85,10 +86,7 @@ def prepare(
         wanted = (profiles or {}).get(name, {})
         group.set(name, {i: wanted.get(i, 0) for i in group.having(name)})
     group.set("Bus Watchdog", dict.fromkeys(group.ids, WATCHDOG_UNITS))
-    start = {
-        servo.servo_id: int(START_TOLERANCE / radians_per_tick(servo.servo.model))
-        for servo in facts
-    }
+    start = {servo.servo_id: ticks_of(START_TOLERANCE, servo.servo) for servo in facts}
     present = _present_near(group, facts, start)
     return tuple(replace(servo, present_position=present[servo.servo_id]) for servo in facts)
 
@@ -125,6 +123,11 @@ def power_up(group: ServoGroup, facts: Sequence[ServoFacts]) -> None:
     group.set("Torque Enable", dict.fromkeys(limp, 1))
     group.verify("Bus Watchdog", dict.fromkeys(group.ids, WATCHDOG_UNITS))
     _check_still(group, facts, present)
+
+
+def ticks_of(angle: float, servo: ServoDescription) -> int:
+    """How many whole ticks of a servo an angle is, rad: they differ between families."""
+    return int(angle / radians_per_tick(servo.model))
 
 
 def standing_goals(facts: Sequence[ServoFacts]) -> dict[int, int]:
@@ -188,7 +191,7 @@ def _check_still(group: ServoGroup, facts: Sequence[ServoFacts], before: Mapping
     present = group.read("Present Position")
     for servo in facts:
         moved = abs(present[servo.servo_id] - before[servo.servo_id])
-        if moved > MOVED_TOLERANCE_TICKS:
+        if moved > ticks_of(MOVED_TOLERANCE, servo.servo):
             raise HardwareFaultError(
                 f"{servo.title} moved by {moved} ticks as its torque came on: check what pulls at"
                 " it, and its operating mode and homing offset",
@@ -337,8 +340,9 @@ def _where_stopped(group: ServoGroup, expired: Sequence[int]) -> dict[int, int]:
     """
     goals = group.read("Present Position", expired) if expired else {}
     torque = group.read("Torque Enable", expired) if expired else {}
+    near = {servo.id: ticks_of(GOAL_TOLERANCE, servo) for servo in group.servos}
     for servo_id, held in group.read("Position Trajectory", expired).items():
-        if torque[servo_id] and abs(held - goals[servo_id]) <= GOAL_TOLERANCE_TICKS:
+        if torque[servo_id] and abs(held - goals[servo_id]) <= near[servo_id]:
             goals[servo_id] = held
     standing: dict[int, int] = {}
     for servo in group.servos:

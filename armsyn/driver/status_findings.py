@@ -14,7 +14,7 @@ from typing import Literal
 from armsyn.driver import registers as reg
 from armsyn.driver.checks import LARGEST_HOMING_OFFSET, PAIR_TOLERANCE_TICKS, cure_of_error
 from armsyn.driver.models import a_model, model_name
-from armsyn.driver.power import GOAL_TOLERANCE_TICKS
+from armsyn.driver.power import GOAL_TOLERANCE, ticks_of
 from armsyn.driver.status import ArmStatus, ServoStatus
 from armsyn.driver.timing import SHORTEST_LATENCY
 
@@ -229,7 +229,7 @@ def _holding(servo: ServoStatus) -> Iterator[Finding]:
     goal, present = servo.values.get("Goal Position"), servo.values["Present Position"]
     if not servo.torque or goal is None or servo.described.shadow_of is not None:
         return
-    if abs(goal - present) > GOAL_TOLERANCE_TICKS:
+    if abs(goal - present) > ticks_of(GOAL_TOLERANCE, servo.described):
         off = math.degrees(abs((servo.goal or 0.0) - (servo.angle or 0.0)))
         yield Finding(
             "note",

@@ -251,7 +251,7 @@ class Streamer:
         self.missed_ticks += missed
         self.watch.missed(missed)
         silence = now - self._last_sent
-        if self.ticks and silence > self.longest_stall:
+        if silence > self.longest_stall:
             raise ArmFaultError(
                 f"the host stalled for {silence:.3f} s, and the servos' watchdog stops them after"
                 f" {self.longest_stall:.3f} s: run it on a quieter machine, or more slowly"

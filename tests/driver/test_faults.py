@@ -8,6 +8,7 @@ import pytest
 from armsyn.driver import ArmSession, Ending, power, run, straight_way
 from armsyn.driver.course import PathCourse
 from armsyn.driver.joints import JointState
+from armsyn.driver.stream import Streamer
 from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import ArmFaultError, CommandFaultError, HardwareFaultError, PortLostError
 from tests.driver.stepped import SteppedArm, deafen, without
@@ -119,6 +120,22 @@ def test_the_time_torque_takes_is_no_silence(
     assert recording.stale[0].any()
 
 
+@pytest.mark.fault(27)
+def test_a_stall_right_after_torque_is_the_hosts(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    follow = Streamer.follow
+
+    def stalled(streamer: Streamer, *arguments: object) -> object:
+        stepped.clock.advance(0.5)
+        return follow(streamer, *arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Streamer, "follow", stalled)
+    with pytest.raises(ArmFaultError, match=r"the host stalled for 0\.5"):
+        stepped.session().run(stepped.way(*LARGE))
+    assert stepped.torque() == ON
+
+
 def parked(stepped: SteppedArm) -> ArmSession:
     """Go to and fro, and park."""
     session, arm = stepped.session(), stepped.description
@@ -130,7 +147,7 @@ def parked(stepped: SteppedArm) -> ArmSession:
 
 def test_a_fault_after_parking_says_that_the_torque_is_off(stepped: SteppedArm) -> None:
     deafen(stepped.by_id[3], 98, 0)  # keeps its watchdog
-    with pytest.raises(HardwareFaultError, match=r"servo 3 .* does not take 0 as its Bus") as caught:
+    with pytest.raises(HardwareFaultError, match=r"servo 3 .* take 0 as its Bus") as caught:
         parked(stepped)
     assert f"left without torque, released at rest, watchdog armed: {run.CURE}" in str(caught.value)
     assert LEFT not in str(caught.value)

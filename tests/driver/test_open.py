@@ -6,10 +6,11 @@ import pytest
 from msgspec.structs import replace
 
 from armsyn.arm import ArmDescription
-from armsyn.driver import ArmSession, clear_watchdogs
+from armsyn.driver import ArmSession, clear_watchdogs, session
 from armsyn.errors import (
     ArmsynError,
     BusRateError,
+    BusTimeoutError,
     DescriptionError,
     HardwareFaultError,
     PortError,
@@ -121,6 +122,20 @@ def test_servos_that_answer_only_pings(stepped: SteppedArm) -> None:
     for servo in stepped.servos:
         servo.write(68, b"\x00")
     with pytest.raises(ServoMismatchError, match=r"Status Return Level \(register 68\)"):
+        stepped.session()
+
+
+def test_a_servo_that_dies_while_it_is_checked(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    check = session.check_models
+
+    def and_dies(*arguments: object) -> None:
+        check(*arguments)  # type: ignore[arg-type]
+        stepped.port.simulation.inject("silent-servo:id=4")
+
+    monkeypatch.setattr(session, "check_models", and_dies)
+    with pytest.raises(BusTimeoutError, match=r"servo 4 \(elbow_flexion\) .* stopped answering"):
         stepped.session()
 
 

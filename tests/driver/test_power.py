@@ -1,5 +1,7 @@
 """Profiles that are put back, and watchdogs that are switched off only if the servos say so."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -13,6 +15,7 @@ from armsyn.driver.power import power_up, prepare, release_watchdogs
 from armsyn.driver.profiles import streaming_profiles
 from armsyn.driver.servos import ServoGroup
 from armsyn.errors import ArmFaultError, HardwareFaultError
+from tests.driver.mixed_arm import AX, MX, mixed_arm
 from tests.driver.stepped import SteppedArm, deafen, present_tick
 
 LARGE = (0.6, 0.3, -0.6, 0.9)
@@ -172,3 +175,27 @@ def test_a_servo_that_keeps_an_old_goal_is_said(stepped: SteppedArm) -> None:
     elbow.memory.store("Max Position Limit", here - 20)
     with pytest.raises(HardwareFaultError, match=r"servo 4 .* as its Goal Position"):
         release_watchdogs(group)
+
+
+@pytest.mark.parametrize(
+    ("servo_id", "off", "allowed"),
+    [(AX, 46, False), (AX, 44, True), (MX, 150, False), (MX, 148, True)],
+)
+def test_servos_under_torque_may_be_off_their_goals_by_an_angle(
+    servo_id: int, off: int, allowed: bool
+) -> None:
+    """An AX-12A's tick is 3.3 times that of an MX-28, or an X; 0.23 rad are allowed."""
+    stepped = SteppedArm(mixed_arm())
+    arm = stepped.description
+    group = ServoGroup(stepped.bus, [s for s in arm.servo if s.joint in arm.joint_names])
+    facts = [
+        dataclasses.replace(f, torque_enabled=True, goal_position=f.present_position + off)
+        if f.servo_id == servo_id
+        else f
+        for f in read_facts(group)
+    ]
+    if allowed:
+        assert len(prepare(group, facts)) == len(facts)
+    else:
+        with pytest.raises(HardwareFaultError, match=f"servo {servo_id} .* {off} ticks from its"):
+            prepare(group, facts)
