@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 
 from armsyn.arm import ArmDescription
-from armsyn.driver import power
 from armsyn.driver.facts import check_models
 from armsyn.driver.models import check_known
+from armsyn.driver.operate import clear
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.transactions import Bus
 
@@ -41,4 +41,4 @@ def clear_watchdogs(port: str, arm: ArmDescription) -> tuple[int, ...]:
     with contextlib.closing(Bus(port, arm.servo[0].baud)) as bus:
         group = ServoGroup(bus, arm.servo)
         check_models(group, arm.name)
-        return power.release_watchdogs(group)
+        return clear(group)

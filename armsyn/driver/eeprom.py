@@ -15,76 +15,37 @@ from armsyn.driver.scan import FoundServo
 from armsyn.driver.transactions import Bus
 from armsyn.errors import BusTimeoutError, ServoMismatchError, TorqueOnError
 
-_X_ROWS = (
-    Register("Model Number", 0, 2),
-    Register("Model Information", 2, 4),
-    Register("Firmware Version", 6, 1),
-    Register("ID", 7, 1),
-    Register("Baud Rate", 8, 1),
-    Register("Return Delay Time", 9, 1),
-    Register("Drive Mode", 10, 1, since=38),
-    Register("Operating Mode", 11, 1),
-    Register("Secondary ID", 12, 1),
-    Register("Protocol Type", 13, 1),
-    Register("Homing Offset", 20, 4, "signed"),
-    Register("Moving Threshold", 24, 4),
-    Register("Temperature Limit", 31, 1),
-    Register("Max Voltage Limit", 32, 2),
-    Register("Min Voltage Limit", 34, 2),
-    Register("PWM Limit", 36, 2),
-    Register("Current Limit", 38, 2),
-    Register("Acceleration Limit", 40, 4),
-    Register("Velocity Limit", 44, 4),
-    Register("Max Position Limit", 48, 4),
-    Register("Min Position Limit", 52, 4),
-    Register("External Port Mode 1", 56, 1),
-    Register("External Port Mode 2", 57, 1),
-    Register("External Port Mode 3", 58, 1),
-    Register("Startup Configuration", 60, 1),
-    Register("PWM Slope", 62, 1),
-    Register("Shutdown", 63, 1),
-)
 
-_CLASSIC_BEGIN = (
-    Register("Model Number", 0, 2),
-    Register("Firmware Version", 2, 1),
-    Register("ID", 3, 1),
-    Register("Baud Rate", 4, 1),
-    Register("Return Delay Time", 5, 1),
-    Register("Min Position Limit", 6, 2),
-    Register("Max Position Limit", 8, 2),
-)
+def _eeprom(layout: Layout, *more: Register) -> tuple[Register, ...]:
+    """Rows that the driver uses anyway and `more`, by address."""
+    used = (row for row in layout.rows.values() if layout.in_eeprom(row.name))
+    return tuple(sorted((*used, *more), key=lambda row: row.address))
 
-_XL320_ROWS = (
-    *_CLASSIC_BEGIN,
-    Register("Operating Mode", 11, 1),
-    Register("Temperature Limit", 12, 1),
-    Register("Min Voltage Limit", 13, 1),
-    Register("Max Voltage Limit", 14, 1),
-    Register("Max Torque", 15, 2),
-    Register("Status Return Level", 17, 1),
-    Register("Shutdown", 18, 1),
-)
 
-_AX_ROWS = (
-    *_CLASSIC_BEGIN,
-    Register("Temperature Limit", 11, 1),
-    Register("Min Voltage Limit", 12, 1),
-    Register("Max Voltage Limit", 13, 1),
-    Register("Max Torque", 14, 2),
-    Register("Status Return Level", 16, 1),
-    Register("Alarm LED", 17, 1),
-    Register("Shutdown", 18, 1),
-)
+_ALARM_LED = Register("Alarm LED", 17, 1)
 
-_MX1_ROWS = (
-    *_AX_ROWS,
-    Register("Drive Mode", 10, 1),
-    Register("Multi Turn Offset", 20, 2, "signed"),
-    Register("Resolution Divider", 22, 1),
-)
-
-_ROWS = {X: _X_ROWS, XL320: _XL320_ROWS, AX: _AX_ROWS, MX1: _MX1_ROWS}
+_ROWS = {
+    X: _eeprom(
+        X,
+        Register("Model Information", 2, 4),
+        Register("Moving Threshold", 24, 4),
+        Register("Acceleration Limit", 40, 4),
+        Register("External Port Mode 1", 56, 1),
+        Register("External Port Mode 2", 57, 1),
+        Register("External Port Mode 3", 58, 1),
+        Register("Startup Configuration", 60, 1),
+        Register("PWM Slope", 62, 1),
+    ),
+    XL320: _eeprom(XL320),
+    AX: _eeprom(AX, _ALARM_LED),
+    MX1: _eeprom(
+        MX1,
+        _ALARM_LED,
+        Register("Drive Mode", 10, 1),
+        Register("Multi Turn Offset", 20, 2, "signed"),
+        Register("Resolution Divider", 22, 1),
+    ),
+}
 _SIZES = {X: 64, XL320: 19, AX: 19, MX1: 24}
 
 IDENTITY = ("Model Number", "Model Information", "Firmware Version")

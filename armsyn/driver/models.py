@@ -50,11 +50,6 @@ class ServoModel:
     velocity_unit: float = VELOCITY_UNIT
     fast_firmware: int | None = FAST_FIRMWARE_X430
 
-    @property
-    def has_watchdog(self) -> bool:
-        """Whether it stops by itself when the bus falls silent."""
-        return "Bus Watchdog" in self.layout
-
 
 def _x(name: str, number: int, current_unit: float | None) -> ServoModel:
     fast = FAST_FIRMWARE_X330 if "330" in name else FAST_FIRMWARE_X430

@@ -77,14 +77,6 @@ class ReadPlan:
         data = build(self.address, self.size, self.ids)
         return (Request(data, sizes, fast=self.kind == "fast"),)
 
-    def without(self, servo_ids: Iterable[int]) -> ReadPlan:
-        """Return the same read of the other servos."""
-        dropped = set(servo_ids)
-        kept = [n for n, i in enumerate(self.ids) if i not in dropped]
-        ids = tuple(self.ids[n] for n in kept)
-        blocks = tuple(self.blocks[n] for n in kept) if self.blocks else ()
-        return ReadPlan(self.kind, self.protocol, self.address, self.size, ids, blocks)
-
     @property
     def _blocks(self) -> dict[int, Block]:
         blocks = self.blocks or ((self.address, self.size),) * len(self.ids)

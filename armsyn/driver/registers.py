@@ -33,7 +33,6 @@ WATCHDOG_EXPIRED = -1
 VOLTAGE_UNIT = 0.1
 """V of one unit of the voltage registers."""
 
-CURRENT_MODE = 0
 VELOCITY_MODE = 1
 XL320_JOINT_MODE = 2
 POSITION_MODE = 3

@@ -9,12 +9,12 @@ from types import ModuleType
 
 from armsyn.driver import protocol, protocol1
 from armsyn.driver.quick import FastDecoding, FastLayout, StatusDecoding, StatusLayout
-from armsyn.driver.timing import BITS_PER_BYTE
+from armsyn.driver.timing import BITS_PER_BYTE, STATUS_OVERHEAD
 
 UNKNOWN_RETURN_DELAY = 508e-6
 """Seconds: the greatest return delay time, assumed until it is read."""
 
-_STATUS_OVERHEAD = {1: 6, 2: 11}
+_STATUS_OVERHEAD = {1: 6, 2: STATUS_OVERHEAD}
 """Bytes of a status packet beside its data, by protocol."""
 
 
