@@ -280,16 +280,16 @@ class Streamer:
         state = self.link.exchange(goals)
         before, self.commanded, self.sent = self.commanded, wanted, goals
         self._state = state
-        self._remember(state)
         self.measured[:] = state.position
         self.ticks += 1
         now = self.clock.now()
         self.watch.update(now, before, wanted, state)
+        self._remember(state)
         health_fault = self._check_health(state)
         self.log.append(
             self._last_sent - self._start, wanted, goals, state, self.watch.hardware_error
         )
-        fault_found = health_fault or self.watch.fault(now, wanted, state)
+        fault_found = health_fault or self.watch.fault(now)
         if fault_found is not None:
             raise fault_found
 
@@ -305,8 +305,11 @@ class Streamer:
         return verdict.command
 
     def _remember(self, state: JointState) -> None:
-        """Keep what the next command is judged by; `watch` has judged the following already."""
+        """Keep what the next command is judged by."""
         self._judged_by = self._judged_by._replace(
+            measured=state.position,
+            speed=self.watch.speed,
+            fresh=state.fresh,
             current=averaged_current(self._judged_by.current, state.current, self.settings.period),
             temperature=state.temperature,
             voltage=state.voltage,
@@ -324,9 +327,9 @@ class Streamer:
             health = self.link.poll(self._turn)
             self._turn, self._polls_due, made = self._turn + 1, self._polls_due - 1.0, made + 1
             self._warn_of_heat()
-            found = self.watch.poll_fault(health) or self.watch.silence_fault(health)
-            if found is not None:
-                return found
+            problem = self.watch.poll_fault(health) or self.watch.silence_fault(health)
+            if problem is not None:
+                return problem
         return None
 
     def _has_time_for_more(self, began: float, made: int) -> bool:

@@ -1,4 +1,4 @@
-"""Judging what the arm answers while it is streamed to: silence, losses, faults, following."""
+"""Judging what the arm answers while it is streamed to: silence, losses, faults."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from armsyn.driver.joints import Health, JointState
 from armsyn.driver.registers import WATCHDOG_EXPIRED, hardware_error_names
 from armsyn.driver.servos import title_of
 from armsyn.errors import ArmsynError, BusError, BusTimeoutError, HardwareFaultError
-from armsyn.safety import CommandLimits, check_following
+from armsyn.safety import CommandLimits
 
 FloatArray = NDArray[np.float64]
 
@@ -97,6 +97,8 @@ class ArmWatch:
         Hardware Error Status of each joint's servo, as far as it was read.
     settled_ticks : int
         Ticks in a row in which the whole arm was at its goals and at rest.
+    speed : array, shape (n,)
+        Of the goals, of late, rad/s: what their following errors are judged by.
     """
 
     def __init__(self, settings: WatchSettings, now: float) -> None:
@@ -105,7 +107,7 @@ class ArmWatch:
         self.hardware_error = np.zeros(n, dtype=np.uint8)
         self.settled_ticks = 0
         self._successes: deque[bool] = deque(maxlen=SUCCESS_WINDOW)
-        self._speed = np.zeros(n)
+        self.speed = np.zeros(n)
         self._heard = np.full(n, now)
         self._unanswered = np.zeros(n, dtype=np.int64)
         self._unheard = np.zeros(len(settings.servos), dtype=np.int64)
@@ -133,8 +135,8 @@ class ArmWatch:
         state : JointState
         """
         period = self.settings.period
-        faded = self._speed * (1.0 - period / SPEED_MEMORY)
-        self._speed = np.maximum(np.abs(command - before) / period, faded)
+        faded = self.speed * (1.0 - period / SPEED_MEMORY)
+        self.speed = np.maximum(np.abs(command - before) / period, faded)
         self._heard[state.fresh] = now
         self._unanswered = np.where(state.fresh, 0, self._unanswered + 1)
         self._successes.append(bool(state.fresh.all()))
@@ -142,21 +144,18 @@ class ArmWatch:
         arrived = there and np.abs(state.velocity).max() < SETTLED_SPEED and state.fresh.all()
         self.settled_ticks = self.settled_ticks + 1 if arrived else 0
 
-    def fault(self, now: float, command: FloatArray, state: JointState) -> ArmsynError | None:
-        """Return what is wrong with the arm, if anything.
+    def fault(self, now: float) -> ArmsynError | None:
+        """Return what is wrong with the answers, if anything; `judge_tick` judges the following.
 
         Parameters
         ----------
         now : float
             s.
-        command : array, shape (n,)
-            rad.
-        state : JointState
 
         Returns
         -------
-        BusTimeoutError, BusError, FollowingError or None
-            A servo silent for too long; too many commands lost; an arm off its goals.
+        BusTimeoutError, BusError or None
+            A servo silent for too long; too many commands lost.
         """
         lost = self._unanswered >= FEWEST_UNANSWERED
         silence = np.where(lost, now - self._heard, 0.0)
@@ -173,9 +172,7 @@ class ArmWatch:
                 f"only {self.success_rate:.0%} of the last {SUCCESS_WINDOW} commands went out in"
                 " time and were answered: check cables, or use a lower rate"
             )
-        return check_following(
-            command, state.position, self._speed, state.fresh, self.settings.limits
-        )
+        return None
 
     def silence_fault(self, health: Health | None) -> BusTimeoutError | None:
         """Count a slow check, and return who has answered none of them for too long.

@@ -5,12 +5,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from armsyn.driver import ArmSession, Ending, power, run, straight_way
+from armsyn.driver import ArmSession, Ending, power, run, straight_way, stream
 from armsyn.driver.course import PathCourse
 from armsyn.driver.joints import JointState
 from armsyn.driver.stream import Streamer
 from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import ArmFaultError, CommandFaultError, HardwareFaultError, PortLostError
+from armsyn.safety import CommandLimits, TickState, Verdict, judge_tick
 from tests.driver.stepped import SteppedArm, deafen, without
 
 ON, OFF = [1] * 7, [0] * 7
@@ -118,6 +119,24 @@ def test_the_time_torque_takes_is_no_silence(
     recording = stepped.session().run(stepped.way(*LARGE))
     assert recording.ending is Ending.COMPLETED
     assert recording.stale[0].any()
+
+
+def test_a_tick_is_judged_by_what_the_arm_answered(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = []
+
+    def judged(state: TickState, wanted: np.ndarray, limits: CommandLimits) -> Verdict:
+        seen.append((state.measured.copy(), state.speed.copy(), state.fresh.copy()))
+        return judge_tick(state, wanted, limits)
+
+    monkeypatch.setattr(stream, "judge_tick", judged)
+    recording = stepped.session().run(stepped.way(*LARGE))
+    measured, speed, fresh = (np.array(part) for part in zip(*seen[1:], strict=True))
+    np.testing.assert_array_equal(measured, recording.measured_rad[:-1])
+    assert fresh.all()
+    fastest = np.abs(np.diff(recording.commanded_rad, axis=0)).max() * 200.0
+    assert speed.max() == pytest.approx(fastest)
 
 
 @pytest.mark.fault(27)
