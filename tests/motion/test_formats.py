@@ -153,10 +153,13 @@ def test_missing_files_folders_and_devices_are_refused(suffix: str, tmp_path: Pa
 
 
 def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match=r"\.amc, \.bvh, \.c3d, \.csv"):
+    known = r"\.amc, \.bvh, \.c3d, \.csv, \.mat, \.npz, \.trc"
+    with pytest.raises(FormatError, match=known):
         read_motion(tmp_path / "motion.xlsx")
-    with pytest.raises(FormatError, match=r"\.csv, \.npz"):
+    with pytest.raises(FormatError, match=known):
         write_motion(tmp_path / "motion", small_motion())
+    with pytest.raises(FormatError, match=r"use one of \.csv, \.npz, \.trc"):
+        write_motion(tmp_path / "motion.bvh", small_motion())
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

@@ -124,7 +124,7 @@ def _read_frames(lines: Lines, acclaim: Acclaim, joints: int) -> FloatArray:
             row[place] = lines.numbers(words[1:])
             missing.remove(words[0])
     _end_frame(lines, values, frame, row, missing)
-    return np.frombuffer(values, dtype=np.float64).reshape(frame, width)
+    return lines.table(values, width)
 
 
 def _end_frame(

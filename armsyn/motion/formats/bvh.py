@@ -198,7 +198,7 @@ def _read_motion(lines: Lines, joints: list[_Joint]) -> tuple[float, FloatArray]
         raise FormatError(
             f"{lines.path}: line {lines.number + 1}: the file was cut: {count} of {frames} frames"
         )
-    return frame_time, np.frombuffer(values, dtype=np.float64).reshape(frames, width)
+    return frame_time, lines.table(values, width)
 
 
 def _assemble(

@@ -29,7 +29,7 @@ _KEY = 0x50
 _NOT_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS")
 _DAMAGE = (
     *(ValueError, TypeError, LookupError, AttributeError, AssertionError, OverflowError),
-    *(struct.error, EOFError, OSError, MemoryError, ArithmeticError, RuntimeError),
+    *(struct.error, EOFError, OSError, MemoryError, ArithmeticError, RuntimeError, NameError),
 )
 """What the package raises on damaged files."""
 

@@ -193,7 +193,7 @@ def _numbers(lines: Lines, rows: Iterator[list[str]], places: list[int], must: i
         wanted = [cells[place] for place in places]
         values.extend(lines.numbers(wanted[:must]))
         values.extend(lines.numbers_or_gaps(wanted[must:]))
-    return np.frombuffer(values, dtype=np.float64).reshape(count, len(places))
+    return lines.table(values, len(places))
 
 
 def _read_log(path: Path, log: JointLog, options: ReadOptions) -> Reading:

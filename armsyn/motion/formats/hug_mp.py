@@ -9,8 +9,10 @@ postures on the board of targets.
 
 from __future__ import annotations
 
+import struct
 import zlib
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
@@ -38,9 +40,13 @@ CHAIN = SerialChain(
 Key = tuple[int, int, int]
 # A file of MATLAB 7.3 is a NotImplementedError
 _DAMAGE = (
-    *(OSError, ValueError, TypeError, LookupError, AttributeError),
-    *(EOFError, NotImplementedError, zlib.error),
+    *(OSError, ValueError, TypeError, LookupError, AttributeError, struct.error),
+    *(EOFError, NotImplementedError, zlib.error, OverflowError, MemoryError, SystemError),
 )
+LARGEST_FILE = 64 * 2**20
+LARGEST_INSIDE = 512 * 2**20
+"""Bytes of everything in the file once it is inflated; the captures hold 1 MB."""
+_HEADER, _TAG, _COMPRESSED = 128, 8, 15
 
 
 def read_hug_mp(path: Path) -> dict[Key, Motion]:
@@ -66,6 +72,8 @@ def read_hug_mp(path: Path) -> dict[Key, Motion]:
 
     try:
         with path.open("rb") as file:
+            _check_inflated(file, path)
+            file.seek(0)
             content = loadmat(file)  # type: ignore[arg-type]  # the stubs know paths only
         (variable,) = [name for name in content if not name.startswith("__")]
         cells = content[variable]
@@ -79,10 +87,32 @@ def read_hug_mp(path: Path) -> dict[Key, Motion]:
             for key, angles in motions.items()
             if angles.size  # a repetition that was not recorded is an empty cell
         }
-    except FileNotFoundError:
+    except (FileNotFoundError, FormatError):
         raise
     except (MatReadError, *_DAMAGE) as error:
         raise FormatError(f"{path}: not a capture of the HuG-MP set: {error}") from error
+
+
+def _check_inflated(file: IO[bytes], path: Path) -> None:
+    """Add up what the file's compressed parts hold, a little at a time, before any is kept.
+
+    A file of MATLAB 5 is a header, then elements: a tag (type and bytes), then so many bytes
+    ("MAT-File Format", MathWorks, chapter 1).
+    """
+    order = "<" if file.read(_HEADER)[-2:] == b"IM" else ">"
+    total = 0
+    while len(tag := file.read(_TAG)) == _TAG:
+        kind, size = struct.unpack(order + "II", tag)
+        element = file.read(min(size, LARGEST_FILE))
+        total += len(element)
+        inflating = zlib.decompressobj()
+        while kind == _COMPRESSED and element:
+            total += len(inflating.decompress(element, 2**20))
+            element = inflating.unconsumed_tail
+            if total > LARGEST_INSIDE:
+                break
+        if total > LARGEST_INSIDE:
+            raise FormatError(f"{path}: holds more than {LARGEST_INSIDE} bytes: cut it")
 
 
 def _motion(angles: np.ndarray, source: str) -> Motion:

@@ -6,12 +6,10 @@ from pathlib import Path
 
 from armsyn.errors import FormatError
 from armsyn.motion.formats.files import check_size
-from armsyn.motion.formats.hug_mp import Key, read_hug_mp
+from armsyn.motion.formats.hug_mp import LARGEST_FILE, Key, read_hug_mp
 from armsyn.motion.formats.npz_bodies import chosen
 from armsyn.motion.formats.options import Reading, ReadOptions
 from armsyn.motion.motion import Motion
-
-LARGEST_FILE = 64 * 2**20
 
 
 def takes(path: Path) -> tuple[str, ...]:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
+
 from armsyn.errors import FormatError
 from armsyn.motion.formats.files import check_size
+from armsyn.motion.motion import FloatArray
 
 LARGEST_FILE = 256 * 2**20
 LONGEST_LINE = 2**20
@@ -110,6 +114,20 @@ class Lines:
         filled = ["0" if gap else cell for cell, gap in zip(cells, gaps, strict=True)]
         values = zip(self.numbers(filled), gaps, strict=True)
         return [math.nan if gap else value for value, gap in values]
+
+    def table(self, values: array[float], width: int) -> FloatArray:
+        """Return the numbers of all rows as an array, shape (rows, width).
+
+        Raises
+        ------
+        FormatError
+            When there are fewer than two rows: no motion.
+        """
+        if len(values) < 2 * width or width == 0:
+            raise FormatError(
+                f"{self.path}: line {self.number + 1}: the file was cut: fewer than two frames"
+            )
+        return np.frombuffer(values, dtype=np.float64).reshape(-1, width)
 
     def whole(self, cell: str, most: int) -> int:
         """Return a whole number from 0 to `most`.

@@ -123,7 +123,7 @@ def _read_rows(lines: Lines, frames: int, markers: int) -> FloatArray:
         raise FormatError(
             f"{lines.path}: line {lines.number + 1}: the file was cut: {count} of {frames} frames"
         )
-    return np.frombuffer(values, dtype=np.float64).reshape(frames, width - 1)
+    return lines.table(values, width - 1)
 
 
 def write(path: Path, motion: Motion) -> None:
