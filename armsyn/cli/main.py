@@ -12,6 +12,7 @@ from armsyn.errors import ArmsynError
 
 COMMANDS = {
     "arms": "List the arms that are described, show one, or write what other programs need of it.",
+    "bands": "Compute bands of human-likeness from CAPTURES, for `armsyn score --bands`.",
     "calibrate": "Find how one real arm is assembled, while you move it by hand.",
     "clear": "Clear what a fault left on an arm, so that it may move again.",
     "experiment": "Repeat a figure of the first paper on captured reaches.",

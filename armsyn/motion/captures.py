@@ -110,22 +110,9 @@ def load_captures(selection: str) -> list[Capture]:
     return found
 
 
-def load_capture(text: str) -> Motion | None:
-    """Return the one motion that a selection names, or None when it names no set of captures.
-
-    Raises
-    ------
-    CaptureError
-        When it selects several, or none.
-    """
-    if text.split(":", maxsplit=1)[0] not in _SETS:
-        return None
-    captures = load_captures(text)
-    if len(captures) > 1:
-        raise CaptureError(
-            f"{text!r} selects {len(captures)} captures, one is needed: {captures[0].name}, ..."
-        )
-    return captures[0].motion
+def is_selection(text: str) -> bool:
+    """Say whether a text names a known set of captures, whatever it selects of it."""
+    return text.split(":", maxsplit=1)[0] in _SETS
 
 
 def _garza(parts: list[str]) -> list[Capture]:

@@ -142,11 +142,11 @@ def compare(
     Parameters
     ----------
     captured, other : Motion
-        With landmarks, in one frame (or brought to it by `transform`); each one movement.
+        With landmarks, in one frame; each one movement.
     floor : HumanFloor or None
         Of the captured reach, taken with the same filter and cut.
     transform : BaseTransform or None
-        From the other's base to the captured one: one for a session, never fitted to the trial.
+        By which the other was brought to the captured frame, to be published; it is not applied.
     rebuild : bool
         Whether segments of other lengths are rebuilt on the captured ones.
     cutoff : float or None
@@ -166,8 +166,6 @@ def compare(
     InputError, CaptureError
         When one of them has gaps, does not move, or is too short or too slow for the filter.
     """
-    if transform is not None:
-        other = transform.apply(other)
     given = pair_up(captured, other)
     pair = other_rebuilt(given) if rebuild else given
     trimmed = trim(pair, cutoff=cutoff, fraction=fraction)

@@ -22,12 +22,13 @@ def explained_variance(angles: FloatArray, components: int = 3) -> FloatArray:
     Returns
     -------
     array, shape (components,)
-        Cumulative: by 1, by the first 2, ...; all 1 from the number of joints on.
+        Cumulative: by 1, by the first 2, ...; all 1 from the number of joints on; NaN when no
+        joint moves.
 
     Raises
     ------
     CaptureError
-        When no joint moves, or angles have gaps.
+        When angles have gaps.
 
     References
     ----------
@@ -39,6 +40,6 @@ def explained_variance(angles: FloatArray, components: int = 3) -> FloatArray:
     spread = np.linalg.svd(angles - angles.mean(axis=0), compute_uv=False) ** 2
     # What is left of joints at rest is the rounding of their mean.
     if spread.sum() <= angles.size * (1e-12 * np.abs(angles).max(initial=1.0)) ** 2:
-        raise CaptureError("no joint moves: there is no coordination to measure")
+        return np.full(components, np.nan)
     share = np.minimum(np.cumsum(spread) / spread.sum(), 1.0)
     return np.asarray(np.concatenate([share, np.ones(components)])[:components])

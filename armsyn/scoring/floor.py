@@ -21,6 +21,7 @@ from armsyn.motion.filtering import CUTOFF
 from armsyn.motion.resample import interpolate
 from armsyn.motion.segmentation import CUT_FRACTION
 from armsyn.scoring.distance import held_distance
+from armsyn.scoring.joint_map import mapped
 from armsyn.scoring.pairing import pair_up, trim, uncut
 
 FEWEST_REPEATS = 2
@@ -72,6 +73,7 @@ def human_floor(
     others: Sequence[Motion],
     person: Person,
     *,
+    landmarks: Sequence[str] = (),
     cutoff: float | None = CUTOFF,
     fraction: float = CUT_FRACTION,
     as_cut: bool = False,
@@ -86,6 +88,8 @@ def human_floor(
         The same person's other reaches to the same target.
     person : Person
         Whose angles they are.
+    landmarks : sequence of str
+        To compare, the hand last; empty for all.
     cutoff, fraction : float
         Of the held distance; see `armsyn.scoring.pairing.trim`.
     as_cut : bool
@@ -105,8 +109,11 @@ def human_floor(
     if len(others) < FEWEST_REPEATS:
         raise CaptureError(f"{captured.source}: {len(others)} other repeats: a floor needs two")
 
+    chosen = tuple((name, name) for name in landmarks)
+    own = mapped(captured, chosen, other=False)
+
     def distance(other: Motion) -> float:
-        pair = pair_up(captured, other)
+        pair = pair_up(own, mapped(other, chosen, other=True))
         cut = uncut(pair) if as_cut else trim(pair, cutoff=cutoff, fraction=fraction)
         return held_distance(cut)
 

@@ -29,9 +29,9 @@ MEASURES = {
     "deviation_over_distance": "largest deviation / distance",
     "swivel_change_deg": "swivel, end - start, deg",
     "swivel_end_deg": "swivel at the end, deg",
-    "variance_1_component": "joint variance in 1 component",
-    "variance_2_components": "joint variance in 2 components",
-    "variance_3_components": "joint variance in 3 components",
+    "variance_1_component": "variance in 1 component",
+    "variance_2_components": "variance in 2 components",
+    "variance_3_components": "variance in 3 components",
 }
 """By their names in JSON, with their labels for people."""
 

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+from armsyn.scoring.bands import Bands, Place
 from armsyn.scoring.comparison import Comparison
-from armsyn.scoring.report import profile_as_dict
+from armsyn.scoring.human_likeness import MEASURES, How
+from armsyn.scoring.score import Score
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-_PROFILE_ROWS = (
-    ("movement_time_s", "movement time, s", "{:.2f}"),
-    ("peak_speed_m_s", "peak speed, m/s", "{:.2f}"),
-    ("time_to_peak", "time to peak, of movement time", "{:.2f}"),
-    ("peak_over_mean", "peak / mean speed", "{:.2f}"),
-    ("speed_peaks", "speed peaks", "{:d}"),
-    ("min_jerk_r", "minimum jerk, r", "{:.3f}"),
-    ("min_jerk_r2", "minimum jerk, R2", "{:.3f}"),
-    ("sparc", "SPARC", "{:.3f}"),
-    ("ldlj", "LDLJ (T = N / fs)", "{:.3f}"),
-    ("path_over_distance", "path / distance", "{:.3f}"),
-    ("deviation_over_distance", "largest deviation / distance", "{:.3f}"),
-)
+_FORMS = {
+    "speed_peaks": "{:.0f}",
+    "movement_time_s": "{:.2f}",
+    "swivel_change_deg": "{:.1f}",
+    "swivel_end_deg": "{:.1f}",
+}
+_COLOURS = {"within": "green", "below": "yellow", "above": "yellow", None: ""}
 
 
 def distance_table(comparison: Comparison) -> Table:
@@ -42,12 +38,14 @@ def distance_table(comparison: Comparison) -> Table:
     from rich.table import Table  # noqa: PLC0415  # 50 ms that only people pay
 
     table = Table("distance", "value", "remark", title="Distance to the captured motion")
-    for row in _distance_rows(comparison):
+    for row in distance_rows(comparison):
         table.add_row(*row)
     return table
 
 
-def _distance_rows(comparison: Comparison) -> list[tuple[str, str, str]]:
+def distance_rows(comparison: Comparison) -> list[tuple[str, str, str]]:
+    """Write out every distance: what, how much, and a remark."""
+
     def cm(metres: float) -> str:
         return f"{100 * metres:.2f} cm"
 
@@ -89,13 +87,12 @@ def _floor(comparison: Comparison) -> str:
     )
 
 
-def profile_table(comparison: Comparison) -> Table:
-    """Return both hands' speed measures as a table for the terminal.
+def likeness_table(score: Score) -> Table:
+    """Return both motions' measures, and their bands, as a table for the terminal.
 
     Parameters
     ----------
-    comparison : Comparison
-        One motion against a captured one.
+    score : Score
 
     Returns
     -------
@@ -104,19 +101,81 @@ def profile_table(comparison: Comparison) -> Table:
     """
     from rich.table import Table  # noqa: PLC0415  # 50 ms that only people pay
 
-    profile = comparison.captured_profile
-    low_pass = "no filter" if profile.cutoff is None else f"low-pass {profile.cutoff:g} Hz"
+    caption = _taken(score.how)
+    if score.bands is not None:
+        caption += f"; bands: median (5-95 %) of {score.bands.reaches} of {score.bands.captures}"
     table = Table(
-        "hand speed",
-        "captured",
-        "other",
-        title=f"Hand speed, correlation {_or_dash('{:.3f}', comparison.speed_r)}",
-        caption=f"{comparison.rate:g} Hz, {low_pass}, cut at {profile.cut_fraction:.0%} of peak",
+        *("measure", "captured", "other"),
+        *(("band", "other's place") if score.bands else ()),
+        title=f"Speed and shape; speeds correlate {_or_dash('{:.3f}', score.comparison.speed_r)}",
+        caption=caption,
     )
-    columns = [profile_as_dict(m) for m in (profile, comparison.other_profile)]
-    for key, label, form in _PROFILE_ROWS:
-        table.add_row(label, *(_or_dash(form, column[key]) for column in columns))
+    for row in likeness_rows(score):
+        place = [] if score.bands is None else [row.band, _coloured(row.place)]
+        table.add_row(row.label, row.captured, row.other, *place)
     return table
+
+
+class LikenessRow(NamedTuple):
+    """One measure, written out."""
+
+    key: str
+    label: str
+    captured: str
+    other: str
+    band: str
+    place: Place | None
+
+
+def likeness_rows(score: Score) -> list[LikenessRow]:
+    """Write out every measure that one of the motions, or the bands, have."""
+    rows = []
+    for key, label in MEASURES.items():
+        form = _FORMS.get(key, "{:.3f}")
+        values = score.captured_likeness[key], score.other_likeness[key]
+        band = score.bands.measures.get(key) if score.bands else None
+        if band is None and not any(map(math.isfinite, values)):
+            continue
+        written = "-" if band is None else f"{form} ({form} to {form})".format(*band[:3])
+        place = None if band is None else band.place(values[1])
+        captured, other = (_or_dash(form, value) for value in values)
+        rows.append(LikenessRow(key, label, captured, other, written, place))
+    return rows
+
+
+def bands_table(bands: Bands) -> Table:
+    """Return bands as a table for the terminal.
+
+    Parameters
+    ----------
+    bands : Bands
+
+    Returns
+    -------
+    rich.table.Table
+        With rate, filter and cut in its caption.
+    """
+    from rich.table import Table  # noqa: PLC0415  # 50 ms that only people pay
+
+    table = Table(
+        *("measure", "median", "5 %", "95 %", "n"),
+        title=f"{bands.reaches} reaches of {bands.captures}",
+        caption=_taken(bands.how),
+    )
+    for key, label in MEASURES.items():
+        if key in bands.measures:
+            band, form = bands.measures[key], _FORMS.get(key, "{:.3f}")
+            table.add_row(label, *(form.format(value) for value in band[:3]), str(band.n))
+    return table
+
+
+def _taken(how: How) -> str:
+    low_pass = "no filter" if how.cutoff is None else f"low-pass {how.cutoff:g} Hz"
+    return f"{how.rate:g} Hz, {low_pass}, cut at {how.fraction:.0%} of peak"
+
+
+def _coloured(place: Place | None) -> str:
+    return f"[{_COLOURS[place]}]{place}[/]" if place else "-"
 
 
 def _or_dash(form: str, value: float | None) -> str:

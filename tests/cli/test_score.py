@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from armsyn.cli.score import load_motion, score
+from armsyn.cli.motion_sources import load_motion
+from armsyn.cli.score import score
 from armsyn.errors import ArmsynError, CaptureError, FormatError
 from armsyn.motion import Motion
 from armsyn.motion.formats import write_motion

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armsyn.errors import CaptureError, FormatError
-from armsyn.motion.captures import captures_folder, load_capture, load_captures
+from armsyn.motion.captures import captures_folder, is_selection, load_captures
 
 
 def rows(captures: Path, name: str) -> list[dict[str, str]]:
@@ -88,14 +88,10 @@ def test_cuts_are_those_of_the_table(captures: Path, name: str) -> None:
             assert moved == pytest.approx(float(row["displacement_m"]), abs=2e-3)
 
 
-@pytest.mark.usefixtures("captures")
-def test_one_motion_is_named_by_a_selection_of_one() -> None:
-    one = load_capture("garza:ForwardHigh")
-    assert one is not None
-    np.testing.assert_array_equal(one.hand, load_captures("garza:ForwardHigh")[0].motion.hand)
-    assert load_capture("some/file.npz") is None
-    with pytest.raises(CaptureError, match=r"selects 35 captures, one is needed"):
-        load_capture("garza")
+def test_a_selection_is_known_by_its_set() -> None:
+    assert is_selection("garza:ForwardHigh")
+    assert is_selection("hug_mp")
+    assert not is_selection("some/file.npz")
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,8 @@ from armsyn.motion.formats import read_motion, write_motion
 from armsyn.scoring import compare, measure
 from armsyn.scoring.comparison import Comparison
 from armsyn.scoring.report import as_dict, profile_as_dict
-from armsyn.scoring.tables import distance_table, profile_table
+from armsyn.scoring.score import Settings, score_motions
+from armsyn.scoring.tables import distance_table, likeness_table
 
 from .arms import reach
 
@@ -24,7 +25,7 @@ from .arms import reach
 def printed(comparison: Comparison) -> str:
     text = io.StringIO()
     console = Console(file=text, width=100)
-    console.print(distance_table(comparison), profile_table(comparison))
+    console.print(distance_table(comparison))
     return text.getvalue()
 
 
@@ -131,9 +132,22 @@ def test_what_is_not_defined_is_null_and_a_dash() -> None:
 
 def test_table_shows_the_headline_and_the_refusal() -> None:
     text = printed(compare(reach(), reach(swing=0.7)))
-    for part in ("held distance", "no verdict: the target is missed by", "swivel", "SPARC"):
+    for part in (
+        "held distance",
+        "no verdict: the target is missed by",
+        "swivel",
+        "n/a: no repeats",
+    ):
         assert part in text
-    assert "100 Hz, low-pass 6 Hz, cut at 5% of peak" in text
+
+
+def test_table_of_measures_says_how_they_were_taken() -> None:
+    score = score_motions(("a", reach()), ("b", reach(swing=0.7)), Settings())
+    text = io.StringIO()
+    Console(file=text, width=100).print(likeness_table(score))
+    assert "SPARC" in text.getvalue()
+    assert "100 Hz, low-pass 6 Hz, cut at 5% of peak" in text.getvalue()
+    assert "variance in" not in text.getvalue()  # of joint angles, which these have not
 
 
 def test_a_file_scores_as_the_motion_it_was_written_from(tmp_path: Path) -> None:
