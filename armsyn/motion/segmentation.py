@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armsyn.errors import CaptureError, InputError
 from armsyn.motion.motion import FloatArray
@@ -11,8 +12,16 @@ CUT_FRACTION = 0.05
 """Share of the peak speed below which a hand counts as resting (JNER 2021, 00895-3)."""
 
 
-def onset_and_offset(speed: FloatArray, fraction: float = CUT_FRACTION) -> tuple[int, int]:
-    """Walk out from the peak until the speed is below a fraction of it.
+SHORTEST_REST = 0.15
+"""s below the cut that end a movement. A slow joint under weight sticks and slips: between two
+slips the hand may stand for a tenth of a second, which is no end of the reach. As long as the
+least time between two submovements (JNER 2021, 00895-3)."""
+
+
+def onset_and_offset(
+    speed: FloatArray, fraction: float = CUT_FRACTION, rest: int = 1
+) -> tuple[int, int]:
+    """Walk out from the peak until the speed is below a fraction of it, and stays there.
 
     Parameters
     ----------
@@ -21,6 +30,9 @@ def onset_and_offset(speed: FloatArray, fraction: float = CUT_FRACTION) -> tuple
     fraction : float
         Of the peak, from 0 (keep everything) to below 1. The literature takes 0.05 for reaches,
         0.02 for a drinking task, 0.1 elsewhere (JNER 2021, 00895-3; Sensors 2022, 22:230).
+    rest : int
+        Samples that it must stay below, or to the end of the profile; a shorter dip is one of a
+        submovement.
 
     Returns
     -------
@@ -42,11 +54,41 @@ def onset_and_offset(speed: FloatArray, fraction: float = CUT_FRACTION) -> tuple
     peak = int(np.argmax(speed))
     if speed[peak] <= 0:
         raise CaptureError("the hand does not move: there is no movement to measure")
-    resting = np.flatnonzero(speed < fraction * speed[peak])
-    before, after = resting[resting < peak], resting[resting > peak]
-    onset = int(before[-1]) + 1 if before.size else 0
-    offset = int(after[0]) - 1 if after.size else speed.size - 1
+    onset, offset = next(
+        (first, last)
+        for first, last in moving_runs(speed >= fraction * speed[peak], rest)
+        if first <= peak <= last
+    )
     return onset, offset
+
+
+def moving_runs(moving: NDArray[np.bool_], rest: int = 1) -> list[tuple[int, int]]:
+    """Return the runs of samples in which the hand moves.
+
+    Parameters
+    ----------
+    moving : array of bool, shape (samples,)
+    rest : int
+        Samples of rest between two runs; what is closer is one.
+
+    Returns
+    -------
+    list of (int, int)
+        First and last sample of each, in their order.
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(np.int8)))
+    runs: list[tuple[int, int]] = []
+    for first, after in edges.reshape(-1, 2).tolist():
+        if runs and first - runs[-1][1] - 1 < rest:
+            runs[-1] = runs[-1][0], after - 1
+        else:
+            runs.append((first, after - 1))
+    return runs
+
+
+def shortest_rest(time: FloatArray) -> int:
+    """Return the samples that `SHORTEST_REST` takes on an even grid, one at least."""
+    return max(1, round(SHORTEST_REST * (time.size - 1) / float(time[-1] - time[0])))
 
 
 def movement_times(
@@ -61,7 +103,7 @@ def movement_times(
     speed : array, shape (samples,)
         m/s.
     fraction : float
-        As in `onset_and_offset`.
+        As in `onset_and_offset`; a dip shorter than `SHORTEST_REST` does not end the movement.
 
     Returns
     -------
@@ -73,7 +115,7 @@ def movement_times(
     InputError, CaptureError
         As `onset_and_offset`.
     """
-    onset, offset = onset_and_offset(speed, fraction)
+    onset, offset = onset_and_offset(speed, fraction, shortest_rest(time))
     level = fraction * float(speed.max())
 
     def crossing(outside: int, inside: int) -> float:

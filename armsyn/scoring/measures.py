@@ -11,7 +11,7 @@ from armsyn.errors import CaptureError
 from armsyn.motion import FloatArray, Motion
 from armsyn.motion.filtering import CUTOFF, SpeedProfile, hand_speed
 from armsyn.motion.resample import interpolate
-from armsyn.motion.segmentation import CUT_FRACTION, onset_and_offset
+from armsyn.motion.segmentation import CUT_FRACTION, onset_and_offset, shortest_rest
 from armsyn.scoring.profile import (
     count_peaks,
     minimum_jerk_fit,
@@ -105,7 +105,7 @@ def movement(
         When there are gaps, nothing moves, or the movement has fewer than 5 frames.
     """
     whole = hand_speed(time, positions, cutoff=cutoff, rate=rate)
-    onset, offset = onset_and_offset(whole.speed, fraction)
+    onset, offset = onset_and_offset(whole.speed, fraction, shortest_rest(whole.time))
     frames = int(((time >= whole.time[onset]) & (time <= whole.time[offset])).sum())
     if frames < FEWEST_FRAMES:
         raise CaptureError(f"the hand moves for {frames} frames only: {FEWEST_FRAMES} are needed")

@@ -10,12 +10,11 @@ import numpy as np
 from armsyn.errors import InputError
 from armsyn.motion import FloatArray, Motion
 from armsyn.motion.filtering import CUTOFF, hand_speed
-from armsyn.motion.segmentation import CUT_FRACTION
+from armsyn.motion.segmentation import CUT_FRACTION, moving_runs, shortest_rest
 
-LEAST_PEAK = 0.2
-"""Of the recording's peak speed, that a movement of its own must reach."""
-SHORTEST_REST = 0.15
-"""s below the cut between two movements; a shorter dip is one of a submovement."""
+LEAST_PATH = 0.1
+"""Of the recording's longest movement, that the path of another must have: what a hand trembles or
+settles is none."""
 
 
 class Bout(NamedTuple):
@@ -55,9 +54,11 @@ def bouts(
     """
     profile = hand_speed(motion.time, motion.hand, cutoff=cutoff)
     peak = float(profile.speed.max())
-    runs = _runs(profile.speed >= max(fraction * peak, np.finfo(float).tiny))
-    runs = _joined(runs, SHORTEST_REST * profile.rate)
-    kept = [run for run in runs if profile.speed[run[0] : run[1]].max() >= LEAST_PEAK * peak]
+    moving = profile.speed >= max(fraction * peak, np.finfo(float).tiny)
+    runs = moving_runs(moving, shortest_rest(profile.time))
+    paths = [float(profile.speed[first : last + 1].sum()) for first, last in runs]
+    least = LEAST_PATH * max(paths, default=0.0)
+    kept = [run for run, path in zip(runs, paths, strict=True) if path >= least]
     return _with_rests(profile.time, kept, motion)
 
 
@@ -100,23 +101,8 @@ def only_movement(
     return motion.between(int(inside[0]), int(inside[-1]))
 
 
-def _runs(moving: np.ndarray) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(np.int8)))
-    return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
-
-
-def _joined(runs: list[tuple[int, int]], shortest: float) -> list[tuple[int, int]]:
-    joined: list[tuple[int, int]] = []
-    for run in runs:
-        if joined and run[0] - joined[-1][1] < shortest:
-            joined[-1] = joined[-1][0], run[1]
-        else:
-            joined.append(run)
-    return joined
-
-
 def _with_rests(time: FloatArray, runs: list[tuple[int, int]], motion: Motion) -> list[Bout]:
-    times = [(float(time[first]), float(time[last - 1])) for first, last in runs]
+    times = [(float(time[first]), float(time[last])) for first, last in runs]
     middles = [(before[1] + after[0]) / 2 for before, after in itertools.pairwise(times)]
     ends = [float(motion.time[0]), *middles, float(motion.time[-1])]
     return [Bout(*pair, *ends[place : place + 2]) for place, pair in enumerate(times)]
