@@ -8,7 +8,7 @@ import click
 
 _COMMANDS = {
     "convert": "Write the motion of the file IN as the file OUT; its suffix says the format.",
-    "info": "Show what is in a motion file: rate, joints, landmarks, gaps, glitches.",
+    "info": "Show what is in a motion FILE: rate, joints, landmarks, gaps, glitches.",
 }
 """Each command with the first line of its help; the module of each is ``motion_NAME``."""
 

@@ -1,4 +1,4 @@
-"""Unit quaternions in the order x, y, z, w: products, Euler angles, exponential maps."""
+"""Unit quaternions in the order x, y, z, w: from Euler angles and matrices, to exponential maps."""
 
 from __future__ import annotations
 
@@ -6,14 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
-
-
-def product(first: ArrayLike, second: ArrayLike) -> FloatArray:
-    """Quaternions of ``first`` after ``second``, as matrices multiply; shapes (..., 4)."""
-    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
-    vector = a[..., 3:] * b[..., :3] + b[..., 3:] * a[..., :3] + np.cross(a[..., :3], b[..., :3])
-    scalar = a[..., 3] * b[..., 3] - np.sum(a[..., :3] * b[..., :3], axis=-1)
-    return np.concatenate([vector, scalar[..., None]], axis=-1)
 
 
 def from_euler(axes: str, angles: ArrayLike) -> FloatArray:
@@ -33,14 +25,16 @@ def from_euler(axes: str, angles: ArrayLike) -> FloatArray:
         Of unit length; no axes give the identity.
     """
     values = np.asarray(angles, dtype=np.float64)
-    turned = np.zeros((*values.shape[:-1], 4))
-    turned[..., 3] = 1.0
+    q = np.zeros((4, *values.shape[:-1]))
+    q[3] = 1.0
     for place, axis in enumerate(axes):
-        turn = np.zeros_like(turned)
-        turn[..., "xyz".index(axis)] = np.sin(0.5 * values[..., place])
-        turn[..., 3] = np.cos(0.5 * values[..., place])
-        turned = turn if place == 0 else product(turned, turn)
-    return turned
+        i = "xyz".index(axis)
+        j, k = (i + 1) % 3, (i + 2) % 3
+        sine, cosine = np.sin(0.5 * values[..., place]), np.cos(0.5 * values[..., place])
+        # q after a turn about axis i alone: most terms of the product are zero
+        q[i], q[3] = q[i] * cosine + q[3] * sine, q[3] * cosine - q[i] * sine
+        q[j], q[k] = q[j] * cosine + q[k] * sine, q[k] * cosine - q[j] * sine
+    return np.moveaxis(q, 0, -1)
 
 
 def to_expmap(quaternion: ArrayLike) -> FloatArray:

@@ -138,17 +138,17 @@ class Skeleton:
             When the shapes do not fit the skeleton.
         """
         start, turns, moves = self._checked(root, rotations, translations)
-        local = np.asarray(self.prerotations) @ from_expmap(turns)
-        positions = np.empty_like(turns)
-        orientations = np.empty((*turns.shape, 3))
-        positions[:, 0], orientations[:, 0] = start, local[:, 0]
+        # Joints first: each one's frames lie together in memory
+        by_joint = np.ascontiguousarray(turns.swapaxes(0, 1))
+        orientations = np.asarray(self.prerotations)[:, None] @ from_expmap(by_joint)
+        positions = np.empty_like(by_joint)
+        positions[0] = start
         for joint, parent in enumerate(self.parents[1:], start=1):
+            above = orientations[parent]
             offset = self.offsets[joint] + (0.0 if moves is None else moves[:, joint])
-            above = orientations[:, parent]
-            offset = np.broadcast_to(offset, start.shape)
-            positions[:, joint] = positions[:, parent] + np.einsum("fij,fj->fi", above, offset)
-            np.matmul(above, local[:, joint], out=orientations[:, joint])
-        return SkeletonFrames(positions, orientations)
+            positions[joint] = positions[parent] + (above @ offset[..., None])[..., 0]
+            orientations[joint] = above @ orientations[joint]
+        return SkeletonFrames(positions.swapaxes(0, 1), orientations.swapaxes(0, 1))
 
     def positions(
         self, root: ArrayLike, rotations: ArrayLike, translations: ArrayLike | None = None

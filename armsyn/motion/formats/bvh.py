@@ -32,7 +32,6 @@ otherwise. Written files have centimetres, y up, and ZYX rotations.
 
 from __future__ import annotations
 
-from array import array
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -182,23 +181,13 @@ def _read_motion(lines: Lines, joints: list[_Joint]) -> tuple[float, FloatArray]
     if not 1e-6 < frame_time < 1e6:
         lines.fail(f"a frame time of {head[2]} s")
     width = sum(len(joint.channels) for joint in joints)
-    values = array("d")
-    count = 0
-    for line in lines:
-        cells = line.split()
-        if not cells:
-            continue
-        count += 1
-        if count > frames:
-            lines.fail(f"more than the {frames} frames that 'Frames:' says")
-        if len(cells) != width:
-            lines.fail(f"{len(cells)} numbers in frame {count}, expected {width}")
-        values.extend(lines.numbers(cells))
-    if count != frames:
+    values = lines.rows(width, frames)
+    if len(values) != frames:
         raise FormatError(
-            f"{lines.path}: line {lines.number + 1}: the file was cut: {count} of {frames} frames"
+            f"{lines.path}: line {lines.number + 1}: the file was cut: {len(values)} of {frames}"
+            " frames"
         )
-    return frame_time, lines.table(values, width)
+    return frame_time, values
 
 
 def _assemble(

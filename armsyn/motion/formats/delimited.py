@@ -183,9 +183,7 @@ def _place(lines: Lines, column: Column, headings: list[str]) -> int:
 def _numbers(lines: Lines, rows: Iterator[list[str]], places: list[int], must: int) -> FloatArray:
     values = array("d")
     width, most = max(places) + 1, MOST_NUMBERS // len(places)
-    count = 0
-    for cells in rows:
-        count += 1
+    for count, cells in enumerate(rows, start=1):
         if count > most:
             lines.fail(f"more than {most} rows of {len(places)} wanted numbers: cut the motion")
         if len(cells) < width:

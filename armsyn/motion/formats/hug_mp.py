@@ -41,7 +41,8 @@ Key = tuple[int, int, int]
 # A file of MATLAB 7.3 is a NotImplementedError
 _DAMAGE = (
     *(OSError, ValueError, TypeError, LookupError, AttributeError, struct.error),
-    *(EOFError, NotImplementedError, zlib.error, OverflowError, MemoryError, SystemError),
+    *(EOFError, NotImplementedError, zlib.error, OverflowError, MemoryError),
+    *(SystemError, NameError),  # slips of scipy's on damaged files
 )
 LARGEST_FILE = 64 * 2**20
 LARGEST_INSIDE = 512 * 2**20

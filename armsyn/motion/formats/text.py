@@ -115,6 +115,62 @@ class Lines:
         values = zip(self.numbers(filled), gaps, strict=True)
         return [math.nan if gap else value for value, gap in values]
 
+    def rows(self, width: int, most: int) -> FloatArray:
+        """Return all further lines as rows of numbers separated by blanks; blank lines are none.
+
+        They are parsed a block at a time by numpy, and one by one only where that fails, to say
+        which line is wrong.
+
+        Parameters
+        ----------
+        width : int
+            Numbers a row.
+        most : int
+            Rows that are allowed.
+
+        Returns
+        -------
+        array, shape (rows, width)
+
+        Raises
+        ------
+        FormatError
+            When a row has another count of numbers or one that is not finite, or there are more
+            rows, or fewer than two.
+        """
+        values = array("d")
+        block: list[tuple[int, str]] = []
+        held = 0
+        for line in self:
+            if line.isspace():
+                continue
+            block.append((self.number, line))
+            held += len(line)
+            if len(values) // max(width, 1) + len(block) > most:
+                self.fail(f"more than the {most} frames that there should be")
+            if held > LONGEST_LINE:
+                values.extend(self._block(block, width))
+                block, held = [], 0
+        values.extend(self._block(block, width))
+        return self.table(values, width)
+
+    def _block(self, block: list[tuple[int, str]], width: int) -> array[float]:
+        if not block:
+            return array("d")
+        try:
+            numbers = np.loadtxt([line for _, line in block], comments=None, ndmin=2)
+        except ValueError:
+            numbers = np.empty((0, 0))
+        if numbers.shape == (len(block), width) and np.isfinite(numbers).all():
+            return array("d", numbers.tobytes())
+        values = array("d")
+        for number, line in block:
+            self.number, cells = number, line.split()
+            if len(cells) != width:
+                self.fail(f"{len(cells)} numbers, expected {width}")
+            values.extend(self.numbers(cells))
+        return values
+
     def table(self, values: array[float], width: int) -> FloatArray:
         """Return the numbers of all rows as an array, shape (rows, width).
 
