@@ -199,10 +199,16 @@ def test_another_mat_file_is_refused(tmp_path: Path, content: dict[str, Any]) ->
 def test_other_npz_files_are_refused(tmp_path: Path, captures: Path) -> None:
     path = tmp_path / "other.npz"
     np.savez(path, motions=["a"])
-    with pytest.raises(FormatError, match="not a capture of the garza set"):
+    with pytest.raises(FormatError, match="no key 'joint'"):
         read_garza(path)
     with np.load(captures / GARZA) as file:
         content = {key: file[key] for key in file.files if "|" not in key}
+        name = content["motions"][0]
+        content |= {key: file[key] for key in file.files if key.startswith(f"{name}|")}
+    content["motions"] = np.array([name])
     np.savez(path, **{**content, "parent": np.roll(content["parent"], -1) * 0 + 1})
-    with pytest.raises(FormatError, match="round in a circle"):
+    with pytest.raises(FormatError, match="-1 for its first"):
+        read_garza(path)
+    np.savez(path, **{**content, "joint": np.char.add("other", content["joint"])})
+    with pytest.raises(FormatError, match=r"not a capture of the garza set: .*no joint"):
         read_garza(path)

@@ -116,6 +116,8 @@ class Archive:
             with self._file.open(member) as stream:
                 shape, dtype = _header(stream)
                 claimed = math.prod(shape) * dtype.itemsize
+                if math.prod(shape) * np.dtype(np.float64).itemsize > LARGEST_ARRAY:
+                    raise ValueError(f"{math.prod(shape)} values: cut the motion")
                 if dtype.kind not in "fiubU" or stream.tell() + claimed != member.file_size:
                     raise ValueError(f"{dtype} of shape {shape} in {member.file_size} bytes")
             with self._file.open(member) as stream:

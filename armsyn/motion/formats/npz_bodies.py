@@ -30,7 +30,7 @@ from armsyn.kinematics.skeleton import Skeleton
 from armsyn.motion.body import BodyMotion
 from armsyn.motion.formats.archive import Archive, opened
 from armsyn.motion.formats.files import replacing
-from armsyn.motion.formats.options import Reading, ReadOptions, z_up
+from armsyn.motion.formats.options import UPS, Reading, ReadOptions, z_up
 from armsyn.motion.motion import FloatArray, Motion
 
 SCHEMA = "armsyn-body-1"
@@ -91,27 +91,55 @@ def read(path: Path, options: ReadOptions) -> Reading:
     """
     with opened(path) as archive:
         take = chosen(options.take, _takes(archive), path)
-        said = archive.text("up") if "up" in archive.keys else None
+        said = _up(archive)
         up = options.up or said or "y"
-        if up not in ("x", "y", "z"):
-            raise FormatError(f"{path}: 'up' is '{up[:40]}', not x, y or z")
-        try:
-            reading = _by_layout(archive, take, up)
-        except FormatError:
-            raise
-        except InputError as error:
-            raise FormatError(f"{path}: {take}: {error}") from error
-    assumed = "" if options.up or said else " (assumed)"
-    return Reading(
-        reading.motion, {"take": take, "up": up + assumed, **reading.facts}, reading.body
-    )
+        body = _body(archive, take, up)
+        motion = _markers(archive, take, up, body) or body.as_motion()
+    facts = {"take": take, "up": up + ("" if options.up or said else " (assumed)")}
+    moving = _moving(body)
+    if moving:
+        facts["moving offsets"] = ", ".join(moving)
+    return Reading(motion, facts, body)
 
 
-def _by_layout(archive: Archive, take: str, up: str) -> Reading:
-    if f"{take}|local_pos" in archive.keys:
-        return _quaternions(archive, take, up)
-    body = _exponential_maps(archive, take, up)
-    return Reading(body.as_motion(), {}, body)
+def read_bodies(path: Path) -> dict[str, BodyMotion]:
+    """Read every motion of an archive.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    dict of str to BodyMotion
+        By the motion's name.
+
+    Raises
+    ------
+    FormatError
+        One line with the file and the key that is wrong.
+    """
+    with opened(path) as archive:
+        up = _up(archive) or "y"
+        return {take: _body(archive, take, up) for take in _takes(archive)}
+
+
+def _up(archive: Archive) -> str | None:
+    up = archive.text("up") if "up" in archive.keys else None
+    if up is not None and up not in UPS:
+        raise FormatError(f"{archive.path}: 'up' is '{up[:40]}', not one of {', '.join(UPS)}")
+    return up
+
+
+def _body(archive: Archive, take: str, up: str) -> BodyMotion:
+    try:
+        if f"{take}|local_pos" in archive.keys:
+            return _quaternions(archive, take, up)
+        return _exponential_maps(archive, take, up)
+    except FormatError:
+        raise
+    except InputError as error:
+        raise FormatError(f"{archive.path}: {take}: {error}") from error
 
 
 def chosen(take: str | None, there: tuple[str, ...], path: Path) -> str:
@@ -184,7 +212,7 @@ def _turned_frames(quaternions: FloatArray, up: str) -> FloatArray:
     return from_quaternion_xyzw(np.concatenate([vectors, quaternions[..., 3:]], axis=-1))
 
 
-def _quaternions(archive: Archive, take: str, up: str) -> Reading:
+def _quaternions(archive: Archive, take: str, up: str) -> BodyMotion:
     parents = _parents(archive)
     count = len(parents)
     # Mirrored in x, a vector changes its x; the vector of a rotation, which is axial, y and z
@@ -196,17 +224,23 @@ def _quaternions(archive: Archive, take: str, up: str) -> Reading:
     offsets = places.mean(axis=0) if len(places) else np.zeros((count, 3))
     moved = places - offsets
     moved[:, 0] = 0.0  # the root's whole position is the root's channel
-    soft = np.flatnonzero(np.ptp(moved, axis=0).max(axis=-1, initial=0.0) > _RIGID).tolist()
-    body = BodyMotion(
+    rigid = np.abs(moved).max(initial=0.0) <= _RIGID
+    return BodyMotion(
         archive.numbers(f"{take}|t"),
         Skeleton(names, parents, offsets),
         z_up(turns, up),
         places[:, 0],
-        moved if soft else None,
+        None if rigid else moved,
         f"{archive.path.name} {take}",
     )
-    facts = {"moving offsets": ", ".join(names[joint] for joint in soft)} if soft else {}
-    return Reading(_markers(archive, take, up, body) or body.as_motion(), facts, body)
+
+
+def _moving(body: BodyMotion) -> list[str]:
+    """Names of the joints that are moved beside being turned."""
+    if body.translations is None:
+        return []
+    most = np.abs(body.translations).max(axis=(0, 2)).tolist()
+    return [name for name, far in zip(body.skeleton.names, most, strict=True) if far > _RIGID]
 
 
 def _markers(archive: Archive, take: str, up: str, body: BodyMotion) -> Motion | None:
