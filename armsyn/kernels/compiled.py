@@ -34,7 +34,7 @@ class Play(Protocol):
         factors: FloatArray,
         share: float,
         marks: FloatArray,
-        paths: FloatArray,
+        out: FloatArray,
     ) -> None:
         """Play blocks of lanes.
 
@@ -52,9 +52,9 @@ class Play(Protocol):
             Of a joint's distance to its limit, which it covers at most in a step; unused where
             joints are clamped.
         marks : array, shape (motions, frames, landmarks, 3)
-            Captured landmarks, m; unused without landmarks in the plan.
-        paths : array, shape (lanes, frames, n)
-            Filled by a plan without landmarks.
+            Captured landmarks, m; unused by a plan for paths.
+        out : array, shape (lanes, frames, values)
+            Filled by a plan for paths or gaps.
         """
 
 
@@ -91,7 +91,8 @@ def load(text: str) -> Play:
     -------
     Play
     """
-    module: dict[str, Any] = {"__name__": "armsyn.kernels.generated"}
+    # numba looks a cached function's module up by name, so it must be one that can be imported
+    module: dict[str, Any] = {"__name__": __name__}
     exec(compile(text, str(_kept(text) or "<generated>"), "exec"), module)  # noqa: S102
     play = module["play"]
     play.compile(_SIGNATURE)
@@ -107,7 +108,7 @@ def _kept(text: str) -> Path | None:
     file = Path(place) / "generated" / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.py"
     if not file.exists():
         try:
-            file.parent.mkdir(exist_ok=True)
+            file.parent.mkdir(parents=True, exist_ok=True)
             with tempfile.NamedTemporaryFile("w", dir=file.parent, delete=False) as written:
                 written.write(text)
             Path(written.name).replace(file)

@@ -39,11 +39,6 @@ def kernel(function: Function) -> Function:
     return _compiled(function, {})
 
 
-def parallel_kernel(function: Function) -> Function:
-    """Compile `function` with its ``prange`` loops spread over all cores."""
-    return _compiled(function, {"parallel": True})
-
-
 def generated_kernel(function: Function) -> Function:
     """Compile generated `function`, which may run in several threads of Python at once."""
     return _compiled(function, {"nogil": True})

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
@@ -35,7 +35,7 @@ WIDTH = 8
 LARGEST_POWER = 1e300
 """Of e^(offset - slope t); beyond it a lane is left to the plain kernel."""
 
-_POLYNOMIAL_ERROR = 2e-17
+_POLYNOMIAL_ERROR = 1e-16
 _RIGHT_ANGLE = 1e-15
 """Rotations by right angles leave this much in place of 0 and 1."""
 
@@ -43,6 +43,9 @@ _TWO_PI_LOW = 2.4492935982947064e-16
 """What 2 pi exceeds its nearest double by."""
 
 Values = NDArray[np.object_]
+
+
+Output = Literal["paths", "distances", "gaps"]
 
 
 class Plan(NamedTuple):
@@ -56,14 +59,18 @@ class Plan(NamedTuple):
         One sigmoid for all joints, not one each.
     damped_limits : bool
         Joints near their limits at a limited rate (`Timing.limit_rate`), not just clamped.
+    output : {"paths", "distances", "gaps"}
+        Write every frame's posture, sum the distances to captured landmarks (paper 3.4), or
+        write every frame's vectors from them.
     rows : tuple of int
-        Landmarks' rows to sum the paper's distance over; empty to write the path instead.
+        Rows (joint, or n for the tip) that the landmarks are compared with; none for paths.
     """
 
     chain: ChainArrays
     optimiser: OptimiserSettings
     shared: bool
     damped_limits: bool
+    output: Output
     rows: tuple[int, ...]
 
     @property
@@ -97,6 +104,7 @@ class Rows(NamedTuple):
     target: int
     doubt: int
     total: int
+    gaps: int
     size: int
 
 
@@ -104,10 +112,12 @@ def rows_of(plan: Plan) -> Rows:
     """Where the state of a lane lies.
 
     `powers` are e^(offset - slope t), which `decays` multiply from frame to frame; `doubt` is
-    not zero once a lane needs the plain kernel; `total` sums the distances of its landmarks, m.
+    not zero once a lane needs the plain kernel; `total` sums the distances of its landmarks, m,
+    and `gaps` are the vectors from them in this frame.
     """
     n, k = plan.dof, plan.sigmoids
-    return Rows(*np.cumsum([0, n, n, k, k, 3, 1, 1]).tolist())
+    gaps = 3 * len(plan.rows) if plan.output == "gaps" else 0
+    return Rows(*np.cumsum([0, n, n, k, k, 3, 1, 1, gaps]).tolist())
 
 
 def polynomial_ranges(chain: ChainArrays) -> FloatArray:
@@ -127,21 +137,27 @@ def generate(plan: Plan) -> Generated:
     -------
     Generated
         The module defines ``play(states, frames, motions, first, last, factors, share, marks,
-        paths)``; `armsyn.kernels.lanes` says what goes in.
+        out)``, which `armsyn.kernels.compiled.Play` describes.
     """
-    source = Source()
+    source, rows = Source(), rows_of(plan)
     results = _step(plan, source)
     lines = source.needed_for(list(results.values()))
-    body = [f"{line.name} = {line.expression}" for line in lines]
-    body += [f"{place} = {value.text}" for place, value in results.items()]
     marks = [
         f"mark_{k} = marks[motions[block], frame, {k // 3}, {k % 3}]"
         for k in range(3 * len(plan.rows))
     ]
+    write = _WRITE.splitlines()
     text = _MODULE.format(
-        before=_indented(marks, 12) if plan.rows else _WRITE.format(dof=plan.dof, width=WIDTH),
-        body=_indented(body, 16),
+        marks=_indented(marks, 12),
+        before=_indented(write if plan.output == "paths" else [], 12),
+        body=_indented([f"{line.name} = {line.expression}" for line in lines], 16),
+        store=_indented([f"{place} = {value.text}" for place, value in results.items()], 16),
+        after=_indented(write if plan.output == "gaps" else [], 12),
         width=WIDTH,
+    ).format(
+        width=WIDTH,
+        first=WIDTH * (rows.posture if plan.output == "paths" else rows.gaps),
+        count=plan.dof if plan.output == "paths" else 3 * len(plan.rows),
     )
     return Generated(text, Counter(line.kind for line in lines))
 
@@ -161,20 +177,23 @@ from armsyn.kernels.compiling import generated_kernel
 
 
 @generated_kernel
-def play(states, frames, motions, first, last, factors, share, marks, paths):
+def play(states, frames, motions, first, last, factors, share, marks, out):
     for block in range(first, last):
         state = states[block]
         for frame in range(frames[block]):
             factor = factors[frame]
+{marks}
 {before}
             for lane in range({width}):
 {body}
+{store}
+{after}
 '''
 
 _WRITE = """\
-            for lane in range(min({width}, paths.shape[0] - block * {width})):
-                for i in range({dof}):
-                    paths[block * {width} + lane, frame, i] = state[i * {width} + lane]"""
+for lane in range(min({width}, out.shape[0] - block * {width})):
+    for i in range({count}):
+        out[block * {width} + lane, frame, i] = state[{first} + i * {width} + lane]"""
 
 
 def _step(plan: Plan, source: Source) -> dict[str, Value]:
@@ -207,9 +226,15 @@ def _step(plan: Plan, source: Source) -> dict[str, Value]:
     results |= {place(rows.powers + i): value for i, value in enumerate(grown)}
     doubt = source.load(place(rows.doubt))
     results[place(rows.doubt)] = doubt + _doubt(source, margin, powers)
-    if plan.rows:
+    gaps = [origins[row] - _mark(source, k) for k, row in enumerate(plan.rows)]
+    if plan.output == "distances":
         total = source.load(place(rows.total))
-        results[place(rows.total)] = total + _distance(plan, source, origins)
+        for gap in gaps:
+            total = total + source.call("math.sqrt", _square(gap))
+        results[place(rows.total)] = total
+    elif plan.output == "gaps":
+        flat = np.concatenate(gaps)
+        results |= {place(rows.gaps + i): value for i, value in enumerate(flat)}
     return results
 
 
@@ -238,30 +263,33 @@ def _forward(plan: Plan, source: Source, posture: Values) -> tuple[list[Values],
 
 
 def _sine_and_cosine(source: Source, angle: Value, reach: float) -> tuple[Value, Value]:
-    """Polynomials in the angle's square, as long as the joint's range asks for.
+    """Polynomials in the square of half the angle, as long as the joint's range asks for.
 
     Chebyshev interpolation of sin(x) / x and cos(x), which are entire functions of x^2, on
-    [0, reach^2] with k + 1 terms is off by at most 2 (reach / 2)^(2k + 2) / (2k + 2)!.
+    [0, h^2] with k terms is off by at most 2 (h / 2)^2k / (2k)!.
     """
     if reach > math.pi:
         turns = source.call("np.rint", angle * source.number(0.5 / math.pi))
         angle = angle - turns * source.number(2.0 * math.pi)
         angle = angle - turns * source.number(_TWO_PI_LOW)
         reach = math.pi
+    half, reach = angle * source.number(0.5), reach / 2.0
     order = 1
     while 2.0 * (reach / 2.0) ** (2 * order) / math.factorial(2 * order) > _POLYNOMIAL_ERROR:
         order += 1
-    square = angle * angle
+    square = half * half
 
     def polynomial(function: Callable[[FloatArray], FloatArray]) -> Value:
-        fit = Chebyshev.interpolate(function, order - 1, domain=[0.0, reach * reach])
+        fit = Chebyshev.interpolate(function, order - 1, domain=[0.0, reach**2])
         total = source.number(0.0)
         for coefficient in fit.convert(kind=Polynomial).coef[::-1]:
             total = total * square + source.number(coefficient)
         return total
 
-    sine = angle * polynomial(lambda z: np.sinc(np.sqrt(z) / np.pi))
-    return sine, polynomial(lambda z: np.cos(np.sqrt(z)))
+    sine = half * polynomial(lambda z: np.sinc(np.sqrt(z) / np.pi))
+    cosine = polynomial(lambda z: np.cos(np.sqrt(z)))
+    double = sine + sine
+    return double * cosine, source.number(1.0) - double * sine
 
 
 def _jacobian(chain: ChainArrays, origins: list[Values], axes: list[Values]) -> Values:
@@ -335,10 +363,5 @@ def _doubt(source: Source, margin: Value, powers: Values) -> Value:
     return source.assign(expression, (margin.name, largest.name), "if")
 
 
-def _distance(plan: Plan, source: Source, origins: list[Values]) -> Value:
-    """Sum of the landmarks' distances in this frame, m (paper 3.4)."""
-    total = source.number(0.0)
-    for mark, row in enumerate(plan.rows):
-        captured = [source.value(f"mark_{3 * mark + k}") for k in range(3)]
-        total = total + source.call("math.sqrt", _square(origins[row] - np.array(captured)))
-    return total
+def _mark(source: Source, number: int) -> Values:
+    return np.array([source.value(f"mark_{3 * number + k}") for k in range(3)])

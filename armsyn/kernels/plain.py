@@ -10,10 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from armsyn.kernels.chain import ChainArrays, forward, jacobian
-from armsyn.kernels.compiling import kernel, parallel_kernel
+from armsyn.kernels.compiling import kernel
 from armsyn.kernels.optimisers import OptimiserSettings, change_of_posture, weigh_orientation
 from armsyn.kernels.types import FloatArray, IntArray
 
@@ -258,70 +257,3 @@ def paper_distance(positions: FloatArray, rows: IntArray, landmarks: FloatArray)
             dz = positions[frame, row, 2] - landmarks[frame, mark, 2]
             total += math.sqrt(dx * dx + dy * dy + dz * dz)
     return float(total / (frames * rows.shape[0]))
-
-
-@parallel_kernel
-def plain_roll_out_lanes(
-    chain: ChainArrays,
-    optimiser: OptimiserSettings,
-    synergies: Synergies,
-    timing: Timing,
-    targets: FloatArray,
-    paths: FloatArray,
-) -> None:
-    """Fill `paths`, shape (lanes, frames, n), on all cores.
-
-    Lane k plays synergy k from the posture in its first row towards ``targets[k]``, shape (3,).
-    """
-    lanes, frames, n = paths.shape
-    gains, slopes, offsets = synergies
-    for lane in prange(lanes):
-        roll_out(
-            chain,
-            optimiser,
-            gains[lane],
-            slopes[lane],
-            offsets[lane],
-            timing,
-            Task(targets[lane], np.empty((0, 0))),
-            -1.0,
-            paths[lane],
-            np.empty((frames, n + 1, 3)),
-        )
-
-
-@parallel_kernel
-def plain_distance_lanes(
-    chain: ChainArrays,
-    optimiser: OptimiserSettings,
-    synergies: Synergies,
-    timing: Timing,
-    captures: Captures,
-    motions: IntArray,
-    result: FloatArray,
-) -> None:
-    """Fill `result`, shape (lanes,), with the paper's distance of each lane to its capture, m.
-
-    Lane k plays synergy k against capture ``motions[k]`` over all of that capture's frames.
-    """
-    n = captures.starts.shape[1]
-    gains, slopes, offsets = synergies
-    for lane in prange(motions.shape[0]):
-        motion = motions[lane]
-        frames = captures.frames[motion]
-        path = np.empty((frames, n))
-        path[0] = captures.starts[motion]
-        positions = np.empty((frames, n + 1, 3))
-        roll_out(
-            chain,
-            optimiser,
-            gains[lane],
-            slopes[lane],
-            offsets[lane],
-            timing,
-            Task(captures.targets[motion], np.empty((0, 0))),
-            -1.0,
-            path,
-            positions,
-        )
-        result[lane] = paper_distance(positions, captures.rows, captures.landmarks[motion, :frames])
