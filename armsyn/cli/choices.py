@@ -3,4 +3,5 @@
 import click
 
 IKS = click.Choice(["svd", "jt", "njt", "dls"])
+LEARNERS = click.Choice(["least-squares", "annealing", "cma", "evolution"])
 MODELS = click.Choice(["A", "B", "C", "D"])

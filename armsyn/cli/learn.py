@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from armsyn.cli.choices import IKS, MODELS
+from armsyn.cli.choices import IKS, LEARNERS, MODELS
 
 if TYPE_CHECKING:
+    from armsyn.synergy.annealing import Schedule
     from armsyn.synergy.library import SynergyLibrary
     from armsyn.synergy.options import LearningOptions
 
@@ -44,9 +45,21 @@ if TYPE_CHECKING:
 @click.option("--lambda", "lambda_", type=float, help="Rate, 1/s  [default: the optimiser's own]")
 @click.option("--rate", "rate_hz", type=float, help="Frame rate, Hz  [default: 120]")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
-@click.option("--population", type=click.IntRange(min=1), help="Members for each reach.")
-@click.option("--generations", type=click.IntRange(min=1), help="Over which steps shrink.")
-@click.option("--workers", type=click.IntRange(min=1), help="Threads  [default: all cores]")
+@click.option(
+    "--learner", type=LEARNERS, default="least-squares", show_default=True, help="How it learns."
+)
+@click.option(
+    "--budget",
+    type=click.IntRange(min=1),
+    help="Roll-outs for each reach, optimiser and model  [default: 1000]",
+)
+@click.option("--population", type=click.IntRange(min=1), help="Of --learner annealing.")
+@click.option("--generations", type=click.IntRange(min=1), help="Over which its steps shrink.")
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    help="Processes  [default: as many as cores, where there is work for them]",
+)
 @click.option(
     "--calibration",
     type=click.Path(path_type=Path, file_okay=False),
@@ -59,6 +72,14 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Where to write  [default: the arm's .synergies.json beside its description]",
 )
+@click.option("--resume", is_flag=True, help="Keep what the file holds, learn the rest.")
+@click.option(
+    "--plot-convergence",
+    "plot",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Plot the best distance over the roll-outs made.",
+)
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def learn(**options: Any) -> None:
     """Learn an arm's synergies from captured reaches.
@@ -68,12 +89,14 @@ def learn(**options: Any) -> None:
     exoskeleton, on arm hug_mp4). Several are joined by commas. The captures are looked for in
     $ARMSYN_CAPTURES, else in shared/captures beside the checkout.
 
-    Each reach gets its own parameters (Aubry, Julliard, Gibet 2009, 3.3). Ctrl-C keeps the best
-    so far. The result is the same for any number of workers.
+    Each reach gets its own parameters (Aubry, Julliard, Gibet 2009, 3.3): by reweighted least
+    squares from many starts, by the paper's annealing of a population, by CMA-ES (the package
+    cmaes) or by differential evolution. Ctrl-C keeps what is finished; the same command with
+    --resume goes on from there. The result is the same for any number of workers.
     """
     from armsyn.arm import find_file, load_arm
+    from armsyn.cli.learn_plot import Convergence, checked_plot
     from armsyn.cli.long_work import StageBars, write_run
-    from armsyn.errors import InputError
     from armsyn.motion.captures import load_captures
     from armsyn.synergy.learning import learn as learn_synergies
     from armsyn.synergy.library import save_library
@@ -81,26 +104,42 @@ def learn(**options: Any) -> None:
     arm = load_arm(options["arm_name"], options["calibration"], calibrated=False)
     description = find_file(arm.name, ".toml", options["calibration"])
     out = options["out"] or description.with_name(f"{arm.name}.synergies.json")
-    if options["out"] is None and out.exists():
-        raise InputError(f"{out} exists already: name it with --out to replace it")
-    _check_writable(out)
     chosen = _learning_options(options, has_servos=bool(arm.servo))
+    resumed = _resumed(out, options)
+    _check_writable(out)
+    if options["plot"] is not None:
+        _check_writable(checked_plot(options["plot"]))
     captures = load_captures(options["selection"])
+    convergence = Convergence()
     with StageBars() as progress:
-        library = learn_synergies(arm, options["selection"], captures, chosen, progress.update)
+        library = learn_synergies(
+            *(arm, options["selection"], captures, chosen, progress.update),
+            resumed=resumed,
+            on_fitted=convergence.add,
+        )
     save_library(out, library)
     write_run(out)
+    if options["plot"] is not None:
+        convergence.plot(options["plot"])
     _report(library, out, as_json=options["as_json"])
 
 
+def _resumed(out: Path, options: dict[str, Any]) -> SynergyLibrary | None:
+    from armsyn.errors import InputError
+    from armsyn.synergy.library import load_library
+
+    if options["resume"]:
+        if not out.exists():
+            raise InputError(f"{out} does not exist: there is nothing to resume")
+        return load_library(out)
+    if options["out"] is None and out.exists():
+        raise InputError(f"{out} exists already: name it with --out to replace it")
+    return None
+
+
 def _learning_options(options: dict[str, Any], *, has_servos: bool) -> LearningOptions:
-    from armsyn.synergy.annealing import Schedule
     from armsyn.synergy.options import LearningOptions
 
-    schedule = Schedule()
-    changed = {key: options[key] for key in ("population", "generations") if options[key]}
-    if "generations" in changed:
-        changed["max_generations"] = 2 * changed["generations"]
     return LearningOptions(
         iks=tuple(dict.fromkeys(options["iks"])),
         models=tuple(dict.fromkeys(options["models"])),
@@ -109,8 +148,24 @@ def _learning_options(options: dict[str, Any], *, has_servos: bool) -> LearningO
         lambda_=options["lambda_"],
         seed=options["seed"],
         workers=options["workers"],
-        schedule=Schedule(**{**schedule.__dict__, **changed}),
+        learner=options["learner"],
+        budget=options["budget"],
+        schedule=_schedule(options),
     )
+
+
+def _schedule(options: dict[str, Any]) -> Schedule:
+    from armsyn.errors import InputError
+    from armsyn.synergy.annealing import Schedule
+
+    changed = {key: options[key] for key in ("population", "generations") if options[key]}
+    if changed and (options["learner"] != "annealing" or options["budget"] is not None):
+        raise InputError(
+            "--population and --generations are for --learner annealing without --budget"
+        )
+    if "generations" in changed:
+        changed["max_generations"] = 2 * changed["generations"]
+    return Schedule(**changed)
 
 
 def _check_writable(out: Path) -> None:
@@ -174,7 +229,7 @@ def _report(library: SynergyLibrary, out: Path, *, as_json: bool) -> None:
     if not any(row["usable"] for row in rows):
         console.print("no reach can be planned with this file: none of them fits")
     if not library.complete:
-        console.print("interrupted: the best so far was kept")
+        console.print("interrupted: what was finished is kept; --resume goes on from there")
     console.print(f"wrote {out}", highlight=False, markup=False)
 
 

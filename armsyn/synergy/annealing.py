@@ -10,24 +10,22 @@ this distance, the vector of parameters is kept") is what is meant and what is d
 "simulated annealing" is taken at its word: steps shrink geometrically from a fifth of each
 parameter's range to 1/200 of it, and a worse vector is kept with the probability
 exp(-increase / temperature) of Metropolis, the temperature falling with the square of the step.
-
-Every motion draws its random numbers from a generator of its own, seeded with its name, every
-roll-out stands alone, and a population that is stable rests while others go on: so the result is
-the same for any number of workers and any company of motions.
+A population that is stable starts again from new random members while the budget lasts; what the
+best of these runs ended with is the result.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from armsyn.errors import InputError
+from armsyn.synergy.evaluation import Candidates, Evaluator
 
 FloatArray = NDArray[np.float64]
-Scorer = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -63,6 +61,19 @@ class Schedule:
         if min(counts) < 1:
             raise InputError("population and generations of a schedule must be at least 1")
 
+    @classmethod
+    def within(cls, budget: int) -> Schedule:
+        """Return the schedule for so many evaluations of a reach."""
+        population = int(np.clip(budget // 50, 4, 24))
+        generations = max(1, budget // population - 1)
+        cooling = max(1, int(0.8 * generations))
+        return cls(population, min(400, cooling), max(1, min(100, cooling // 4)), generations)
+
+    @property
+    def evaluations(self) -> int:
+        """Roll-outs of a run that never becomes stable."""
+        return self.population * (1 + self.max_generations)
+
     def step(self, generation: int) -> float:
         """Share of the parameters' ranges that a variation has in this generation."""
         progress = min(generation / self.generations, 1.0)
@@ -75,131 +86,65 @@ class Schedule:
         return float(self.first_temperature * (self.step(generation) / self.first_step) ** 2)
 
 
-@dataclass(frozen=True)
-class Annealed:
-    """What annealing found.
+def anneal(evaluator: Evaluator, generator: Generator, schedule: Schedule) -> Candidates:
+    """Anneal populations until the budget is spent.
 
     Parameters
     ----------
-    parameters : array, shape (motions, parameters)
-        The best vector ever met, for each motion.
-    scores : array, shape (motions,)
-        Its score.
-    members : array, shape (motions, population, parameters)
-        The whole population at the end.
-    member_scores : array, shape (motions, population)
-        Its scores.
-    evaluations : int
-        Roll-outs made.
-    history : array, shape (generations + 1, motions)
-        Average score of the population.
-    stable : bool
-        Whether every motion's average score became stable.
-    interrupted : bool
-        Whether Ctrl-C ended it.
-    """
-
-    parameters: FloatArray
-    scores: FloatArray
-    members: FloatArray
-    member_scores: FloatArray
-    evaluations: int
-    history: FloatArray
-    stable: bool
-    interrupted: bool
-
-
-def anneal(
-    score: Scorer,
-    names: Sequence[str],
-    lower: FloatArray,
-    upper: FloatArray,
-    *,
-    schedule: Schedule | None = None,
-    seed: int = 0,
-    on_generation: Callable[[int, float], None] | None = None,
-) -> Annealed:
-    """Anneal one population a motion, all of them side by side.
-
-    Parameters
-    ----------
-    score : callable
-        From parameters, shape (motions, population, parameters), to scores, shape (motions,
-        population).
-    names : sequence of str
-        One a motion; with `seed` they decide its random numbers.
-    lower, upper : array, shape (parameters,)
-        Bounds.
-    schedule : Schedule, optional
-    seed : int
-    on_generation : callable, optional
-        Called after each generation with its number and the average best score. When it raises
-        ``KeyboardInterrupt`` (as Ctrl-C does anywhere in here), the best so far is returned.
+    evaluator : Evaluator
+    generator : numpy.random.Generator
+    schedule : Schedule
+        A budget that is smaller than its population anneals as large a one as there is.
 
     Returns
     -------
-    Annealed
+    Candidates
+        The population of the best run.
     """
-    plan = schedule or Schedule()
-    generators = [np.random.default_rng([seed, *name.encode()]) for name in names]
+    best: Candidates | None = None
+    while best is None or evaluator.left >= 2 * schedule.population:
+        found = anneal_once(evaluator, generator, schedule)
+        if best is None or found.scores.min() < best.scores.min():
+            best = found
+    return best
+
+
+def anneal_once(evaluator: Evaluator, generator: Generator, schedule: Schedule) -> Candidates:
+    """Anneal one population until it is stable or the budget is spent.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+    generator : numpy.random.Generator
+    schedule : Schedule
+
+    Returns
+    -------
+    Candidates
+        The population at its end.
+    """
+    lower, upper = evaluator.problem.lower, evaluator.problem.upper
     width = upper - lower
-    shape = (plan.population, lower.size)
-    members = lower + width * np.stack([g.random(shape) for g in generators])
-    scores = score(members)
-    history = [scores.mean(axis=1)]
-    best, best_scores = _better(members, scores, members[:, 0], np.full(len(names), np.inf))
-    restless = np.ones(len(names), dtype=bool)
-    interrupted = False
-    try:
-        for generation in range(plan.max_generations):
-            variation = np.stack([g.standard_normal(shape) for g in generators])
-            chance = np.stack([g.random(plan.population) for g in generators])
-            trial = np.clip(members + plan.step(generation) * width * variation, lower, upper)
-            trial_scores = score(trial)
-            temperature = plan.temperature(generation) * history[0][:, None]
-            keep = trial_scores < scores + temperature * -np.log(np.maximum(chance, 1e-300))
-            keep &= restless[:, None]
-            # In one assignment, which Ctrl-C cannot part
-            members, scores = (
-                np.where(keep[..., None], trial, members),
-                np.where(keep, trial_scores, scores),
-            )
-            best, best_scores = _better(members, scores, best, best_scores)
-            history.append(scores.mean(axis=1))
-            if on_generation is not None:
-                on_generation(generation + 1, float(best_scores.mean()))
-            if generation >= plan.generations:
-                restless &= ~_are_stable(history, plan.patience)
-            if not restless.any():
-                break
-    except KeyboardInterrupt:
-        interrupted = True
-    evaluations = scores.size * len(history)
-    return Annealed(
-        best,
-        best_scores,
-        members,
-        scores,
-        evaluations,
-        np.array(history),
-        stable=not restless.any(),
-        interrupted=interrupted,
-    )
+    shape = (min(schedule.population, evaluator.left), lower.size)
+    members = lower + width * generator.random(shape)
+    scores = evaluator.scores(members)
+    averages = [float(scores.mean())]
+    for generation in range(schedule.max_generations):
+        if evaluator.left < shape[0] or _is_stable(averages, generation, schedule):
+            break
+        variation = schedule.step(generation) * width * generator.standard_normal(shape)
+        trial = np.clip(members + variation, lower, upper)
+        trial_scores = evaluator.scores(trial)
+        temperature = schedule.temperature(generation) * averages[0]
+        # -log of a uniform number: how many temperatures worse Metropolis still keeps
+        keep = trial_scores < scores + temperature * generator.exponential(size=shape[0])
+        members = np.where(keep[:, None], trial, members)
+        scores = np.where(keep, trial_scores, scores)
+        averages.append(float(scores.mean()))
+    return Candidates(members, scores)
 
 
-def _better(
-    members: FloatArray, scores: FloatArray, best: FloatArray, best_scores: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    rows = np.arange(scores.shape[0])
-    leader = scores.argmin(axis=1)
-    ahead = scores[rows, leader] < best_scores
-    return (
-        np.where(ahead[:, None], members[rows, leader], best),
-        np.where(ahead, scores[rows, leader], best_scores),
-    )
-
-
-def _are_stable(history: list[FloatArray], patience: int) -> NDArray[np.bool_]:
-    if len(history) <= patience:
-        return np.zeros(history[-1].shape, dtype=bool)
-    return np.asarray(history[-1 - patience] - history[-1] < 1e-3 * history[-1])
+def _is_stable(averages: list[float], generation: int, schedule: Schedule) -> bool:
+    if generation <= schedule.generations or len(averages) <= schedule.patience:
+        return False
+    return averages[-1 - schedule.patience] - averages[-1] < 1e-3 * averages[-1]

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
+from armsyn.motion.peaks import count_peaks
 from armsyn.scoring import correlation, movement
-from armsyn.scoring.profile import count_peaks, minimum_jerk_fit
-from armsyn.synergy.annealing import Annealed
+from armsyn.scoring.profile import minimum_jerk_fit
 from armsyn.synergy.controller import LIMIT_RATE, RAMP_S, Controller, RollOut
+from armsyn.synergy.fitting import Fitted
 from armsyn.synergy.library import SynergySet
 from armsyn.synergy.models import synergies
 from armsyn.synergy.options import LearningOptions
@@ -72,16 +73,12 @@ class Judge:
     model: str
     options: LearningOptions
 
-    def verdict(self, annealed: Annealed, row: int, *, quick: bool = False) -> SynergySet:
+    def verdict(self, fitted: Fitted) -> SynergySet:
         """Choose a vector and say why it may not be used, if it may not.
 
         Parameters
         ----------
-        annealed : Annealed
-        row : int
-            The reach's row in it.
-        quick : bool
-            Learning was interrupted: do not try neighbouring targets.
+        fitted : Fitted
 
         Returns
         -------
@@ -89,18 +86,18 @@ class Judge:
             The best vector (the paper's rule); for an arm that moves (``stable``), with a model
             that follows speed, the one among its equals that serves neighbouring targets best.
         """
-        parameters = annealed.parameters[row]
-        with_neighbours = self._is_for_arms and not quick
-        if with_neighbours:
-            best_first = np.argsort(annealed.member_scores[row], kind="stable")[:MOST_EQUALS]
-            equal = annealed.member_scores[row][best_first] <= EQUAL * annealed.scores[row]
-            equals = np.concatenate([parameters[None], annealed.members[row, best_first[equal]]])
+        parameters = fitted.parameters
+        if self._is_for_arms:
+            members, scores = fitted.candidates.members, fitted.candidates.scores
+            best_first = np.argsort(scores, kind="stable")[:MOST_EQUALS]
+            equal = scores[best_first] <= EQUAL * fitted.score
+            equals = np.concatenate([parameters[None], members[best_first[equal]]])
             parameters = equals[np.argmax([self._service(member) for member in equals])]
         # Stored with six digits, so judged with six digits
         stored = np.array([float(f"{value:.6g}") for value in parameters])
         distance = self._distance(stored)
         speed_r, misfit = self._fit(stored, distance)
-        service = self._service(stored) if with_neighbours else 1.0
+        service = self._service(stored) if self._is_for_arms else 1.0
         if not misfit and service < LEAST_SERVICE:
             misfit = f"serves neighbouring targets poorly ({service:.2f})"
         return SynergySet(

@@ -5,30 +5,67 @@ from __future__ import annotations
 import hashlib
 import itertools
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import msgspec
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import CaptureError, InputError
-from armsyn.ik import optimiser_settings
-from armsyn.kernels import rollout as kernels
-from armsyn.kernels.rollout import Captures, Timing
 from armsyn.motion.captures import Capture
 from armsyn.scoring import normalised_speed
-from armsyn.synergy.annealing import Annealed, anneal
+from armsyn.synergy.fitting import Fitted, fit_reach
 from armsyn.synergy.judging import Judge
-from armsyn.synergy.library import LearnedReach, SynergyLibrary
-from armsyn.synergy.models import parameter_bounds, synergies
+from armsyn.synergy.library import LearnedReach, SynergyLibrary, SynergySet
 from armsyn.synergy.options import LearningOptions
-from armsyn.synergy.training import Training, as_captures, prepare
+from armsyn.synergy.parallel import checked_workers, each
+from armsyn.synergy.training import Training, prepare
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int, str], None]
+Key = tuple[str, str, str]
+"""A reach's name, an optimiser and a model."""
 
-_CORES = numba.get_num_threads()
+_EVALUATION_S = 1e-4
+_WORTH_S = 4.0
+"""Work that is worth a process of its own, which takes a good second to start."""
+
+
+@dataclass(frozen=True)
+class _Job:
+    arm: ArmDescription
+    training: Training
+    ik: str
+    model: str
+    options: LearningOptions
+
+
+@dataclass(frozen=True)
+class Fits:
+    """One optimiser and model, learned for every reach by itself.
+
+    Parameters
+    ----------
+    fitted : tuple of Fitted
+        In the order of the reaches.
+    """
+
+    fitted: tuple[Fitted, ...]
+
+    @property
+    def parameters(self) -> FloatArray:
+        """The best vectors, shape (reaches, parameters)."""
+        return np.array([each_reach.parameters for each_reach in self.fitted])
+
+    @property
+    def scores(self) -> FloatArray:
+        """Their distances, shape (reaches,), m: training errors."""
+        return np.array([each_reach.score for each_reach in self.fitted])
+
+    def best_after(self, evaluations: int) -> FloatArray:
+        """Return the best distances after so many roll-outs a reach, shape (reaches,), m."""
+        return np.array([each_reach.best_after(evaluations) for each_reach in self.fitted])
 
 
 def learn(
@@ -37,6 +74,8 @@ def learn(
     captures: list[Capture],
     options: LearningOptions,
     on_progress: Progress | None = None,
+    resumed: SynergyLibrary | None = None,
+    on_fitted: Callable[[Key, Fitted], None] | None = None,
 ) -> SynergyLibrary:
     """Learn synergies of an arm from captured reaches.
 
@@ -49,47 +88,26 @@ def learn(
     options : LearningOptions
     on_progress : callable, optional
         Called with what is done, how far it is, of how much, and a remark.
+    resumed : SynergyLibrary, optional
+        Of the same arm, captures and options: what it holds is kept, only the rest is learned.
+    on_fitted : callable, optional
+        Called with the key and what a learner found, for each reach, optimiser and model.
 
     Returns
     -------
     SynergyLibrary
-        ``complete`` is False when Ctrl-C ended it: then it holds the best so far. Where there is
-        nothing yet to keep, ``KeyboardInterrupt`` is raised again.
+        ``complete`` is False when Ctrl-C ended it: then it holds what was finished. Where nothing
+        was, ``KeyboardInterrupt`` is raised again.
 
     Raises
     ------
     CaptureError
         When no capture can be used.
     InputError
-        An option that is not usable.
+        An option that is not usable, or `resumed` does not belong to these options.
     """
     trainings, left_out = _usable(arm, captures, options.rate_hz)
-    _set_workers(options.workers)
-    found: dict[tuple[str, str], Annealed] = {}
-    complete = True
-    for ik, model in itertools.product(options.iks, options.models):
-        try:
-            annealed = fit(arm, trainings, ik, model, options, on_progress)
-        except KeyboardInterrupt:  # before anything of this pair was scored
-            complete = False
-        else:
-            complete = not annealed.interrupted
-            found[ik, model] = annealed
-        if not complete:
-            break
-    if not found:
-        raise KeyboardInterrupt
-    reaches = []
-    for row, training in enumerate(trainings):
-        try:
-            if on_progress is not None:
-                on_progress("judging", row + 1, len(trainings), "")
-            reach = _learned_reach(arm, training, row, found, options, quick=not complete)
-        except KeyboardInterrupt:
-            complete = False
-            reach = _learned_reach(arm, training, row, found, options, quick=True)
-        reaches.append(reach)
-    return SynergyLibrary(
+    library = SynergyLibrary(
         schema="armsyn-synergies-1",
         arm=arm.name,
         joint_names=arm.joint_names,
@@ -99,9 +117,41 @@ def learn(
         rate_hz=options.rate_hz,
         lambdas={ik: options.rate_of(ik) for ik in options.iks},
         stable_gains=options.stable,
+        complete=True,
+        reaches=(),
+        left_out=left_out,
+    )
+    found = _kept(library, resumed)
+    jobs = [
+        _Job(arm, training, ik, model, options)
+        for ik, model, training in itertools.product(options.iks, options.models, trainings)
+        if (training.capture.name, ik, model) not in found
+    ]
+
+    def told(done: int, key: Key, learned: SynergySet, fitted: Fitted) -> None:
+        found[key] = learned
+        if on_fitted is not None:
+            on_fitted(key, fitted)
+        if on_progress is not None:
+            name, ik, model = key
+            said = f"S_{model} {ik} {name}: {learned.distance_m * 100:.2f} cm"
+            on_progress("learning", done, len(jobs), said)
+
+    complete = _learn_jobs(jobs, _workers(jobs, options), told)
+    if not found:
+        raise KeyboardInterrupt
+    pairs = dict.fromkeys((ik, model) for _, ik, model in found)
+    reaches = []
+    for training in trainings:
+        keys = [(training.capture.name, *pair) for pair in pairs]
+        sets = tuple(found[key] for key in keys if key in found)
+        if sets:
+            reaches.append(_learned_reach(training, sets))
+    return msgspec.structs.replace(
+        library,
+        lambdas={**(resumed.lambdas if resumed else {}), **library.lambdas},
         complete=complete,
         reaches=tuple(reaches),
-        left_out=left_out,
     )
 
 
@@ -112,8 +162,8 @@ def fit(
     model: str,
     options: LearningOptions,
     on_progress: Progress | None = None,
-) -> Annealed:
-    """Anneal one optimiser and model on all reaches side by side.
+) -> Fits:
+    """Learn one optimiser and model for every reach by itself.
 
     Parameters
     ----------
@@ -126,43 +176,78 @@ def fit(
 
     Returns
     -------
-    Annealed
-        Scores are the paper's distance, m.
+    Fits
     """
-    lower, upper = parameter_bounds(model, arm.chain.dof, stable=options.stable)
-    schedule = options.schedule
-
-    def report(generation: int, distance: float) -> None:
+    jobs = [_Job(arm, training, ik, model, options) for training in trainings]
+    found: dict[int, Fitted] = {}
+    for number, fitted in each(_fitted, jobs, _workers(jobs, options)):
+        found[number] = fitted
         if on_progress is not None:
-            said = f"mean best {distance * 100:.2f} cm"
-            on_progress(f"S_{model} {ik}", generation, schedule.max_generations, said)
-
-    return anneal(
-        _scorer(arm, as_captures(arm, trainings), ik, model, options),
-        [training.capture.name for training in trainings],
-        lower,
-        upper,
-        schedule=schedule,
-        seed=options.seed,
-        on_generation=report,
-    )
+            mean = 100 * np.mean([done.score for done in found.values()])
+            on_progress(f"S_{model} {ik}", len(found), len(jobs), f"mean {mean:.2f} cm")
+    return Fits(tuple(found[number] for number in range(len(jobs))))
 
 
-def _scorer(
-    arm: ArmDescription, captures: Captures, ik: str, model: str, options: LearningOptions
-) -> Callable[[FloatArray], FloatArray]:
-    settings = optimiser_settings(ik)
-    timing = Timing(options.rate_of(ik), 1.0 / options.rate_hz, 0.0, np.inf)
+def _workers(jobs: list[_Job], options: LearningOptions) -> int:
+    worth = int(len(jobs) * options.evaluations * _EVALUATION_S / _WORTH_S)
+    return checked_workers(options.workers, worth)
 
-    def score(parameters: FloatArray) -> FloatArray:
-        motions, population, count = parameters.shape
-        lanes = synergies(model, arm.chain.dof, parameters.reshape(-1, count))
-        result = np.empty(motions * population)
-        which = np.repeat(np.arange(motions), population)
-        kernels.distance_lanes(arm.chain.arrays, settings, lanes, timing, captures, which, result)
-        return result.reshape(motions, population)
 
-    return score
+def _fitted(job: _Job) -> Fitted:
+    return fit_reach(job.arm, job.training, job.ik, job.model, job.options)
+
+
+def _judged(job: _Job) -> tuple[SynergySet, Fitted]:
+    fitted = _fitted(job)
+    judge = Judge(job.arm, job.training, _profile(job.training), job.ik, job.model, job.options)
+    return judge.verdict(fitted), fitted
+
+
+def _profile(training: Training) -> FloatArray:
+    return normalised_speed(training.time, training.landmarks[:, -1])
+
+
+def _learn_jobs(
+    jobs: list[_Job], workers: int, told: Callable[[int, Key, SynergySet, Fitted], None]
+) -> bool:
+    """Tell of every job that is done; return False when Ctrl-C ended it."""
+    try:
+        for done, (number, (learned, fitted)) in enumerate(each(_judged, jobs, workers), 1):
+            job = jobs[number]
+            told(done, (job.training.capture.name, job.ik, job.model), learned, fitted)
+    except KeyboardInterrupt:
+        return False
+    return True
+
+
+def _kept(library: SynergyLibrary, resumed: SynergyLibrary | None) -> dict[Key, SynergySet]:
+    """Return what a resumed library holds, once it was found to belong to the same learning."""
+    if resumed is None:
+        return {}
+    for name, said in _BELONGING.items():
+        if getattr(library, name) != getattr(resumed, name):
+            raise InputError(f"cannot be resumed, for it was learned {said}: choose another --out")
+    for ik, rate in library.lambdas.items():
+        if resumed.lambdas.get(ik, rate) != rate:
+            raise InputError(
+                f"cannot be resumed, for its lambda of {ik} is {resumed.lambdas[ik]:g}/s, not"
+                f" {rate:g}/s: choose another --out"
+            )
+    return {
+        (reach.name, learned.ik, learned.model): learned
+        for reach in resumed.reaches
+        for learned in reach.sets
+    }
+
+
+_BELONGING = {
+    "arm": "for another arm",
+    "captures": "from other captures",
+    "seed": "with another --seed",
+    "rate_hz": "with another --rate",
+    "stable_gains": "with other bounds",
+    "inputs_sha256": "with another learner, budget, arm's description or version of the captures",
+}
 
 
 def _usable(
@@ -181,27 +266,8 @@ def _usable(
     return trainings, left_out
 
 
-def _set_workers(workers: int | None) -> None:
-    most = _CORES
-    if workers is not None and not 1 <= workers <= most:
-        raise InputError(f"workers must be between 1 and {most} on this machine, got {workers}")
-    numba.set_num_threads(workers or most)
-
-
-def _learned_reach(
-    arm: ArmDescription,
-    training: Training,
-    row: int,
-    found: dict[tuple[str, str], Annealed],
-    options: LearningOptions,
-    *,
-    quick: bool,
-) -> LearnedReach:
-    profile = normalised_speed(training.time, training.landmarks[:, -1])
-    sets = tuple(
-        Judge(arm, training, profile, ik, model, options).verdict(annealed, row, quick=quick)
-        for (ik, model), annealed in found.items()
-    )
+def _learned_reach(training: Training, sets: tuple[SynergySet, ...]) -> LearnedReach:
+    profile = _profile(training)
     return LearnedReach(
         name=training.capture.name,
         kind="reach" if training.capture.kind == "reach" else "return",
@@ -226,7 +292,9 @@ def inputs_hash(arm: ArmDescription, trainings: list[Training], options: Learnin
     for training in trainings:
         digest.update(training.capture.name.encode())
         digest.update(np.round(training.landmarks, 9).tobytes())
-    digest.update(repr((options.stable, options.rate_hz, options.schedule)).encode())
+    schedule = options.annealing if options.learner == "annealing" else None
+    asked = (options.stable, options.rate_hz, options.learner, options.evaluations, schedule)
+    digest.update(repr(asked).encode())
     return digest.hexdigest()
 
 

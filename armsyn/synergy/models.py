@@ -104,6 +104,34 @@ def parameter_bounds(model: str, dof: int, *, stable: bool) -> tuple[FloatArray,
     return pairs[:, 0], pairs[:, 1]
 
 
+def parameter_ties(model: str, dof: int) -> NDArray[np.int64]:
+    """Return which parameter of the simpler model inside a model each of its parameters is.
+
+    S_D with the same sigmoid for every joint is S_C; the others are taken as they are.
+
+    Parameters
+    ----------
+    model : {"A", "B", "C", "D"}
+    dof : int
+        Number of joints.
+
+    Returns
+    -------
+    array of int, shape (parameters,)
+        A vector of the simpler model, indexed with it, is one of `model`.
+
+    Raises
+    ------
+    InputError
+        Unknown model.
+    """
+    count = len(parameter_names(model, tuple(str(joint) for joint in range(dof))))
+    ties = np.arange(count)
+    if model == "D":
+        ties[dof : 2 * dof], ties[2 * dof :] = dof, dof + 1
+    return ties
+
+
 def synergies(model: str, dof: int, parameters: ArrayLike) -> Synergies:
     """Gains and sigmoids of parameter vectors, as the kernels take them.
 

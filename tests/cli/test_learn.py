@@ -12,14 +12,14 @@ from tests.cli.commands import Outcome, next_line, run, started
 
 Call = Callable[..., Outcome]
 ONE = "hug_mp:S01:1.1.1:R-1"
-TINY = ("--population", "4", "--generations", "3")
+TINY = ("--budget", "30")
 
 LEARNING = """
 from armsyn.cli.long_work import StageBars
 update = StageBars.update
 def told(self, name, done, total, said):
     update(self, name, done, total, said)
-    if name == "S_C svd" and done == 3:
+    if done == 3:
         print("learning", flush=True)
 StageBars.update = told
 """
@@ -69,14 +69,14 @@ def test_workers_and_place_leave_no_trace_in_the_result(call: Call, tmp_path: Pa
     assert one.read_bytes() == two.read_bytes()
 
 
+@pytest.mark.parametrize("workers", ["1", "2"])
 @pytest.mark.usefixtures("captures")
-def test_ctrl_c_keeps_the_best_so_far(tmp_path: Path) -> None:
-    out = tmp_path / "made.json"
-    with started(
-        *("learn", "--captures", "hug_mp:S01", "--arm", "hug_mp4", "--generations", "1000000"),
-        *("--out", out, "--json"),
-        hook=LEARNING,
-    ) as process:
+def test_ctrl_c_keeps_what_is_finished_and_resume_learns_the_rest(
+    call: Call, tmp_path: Path, workers: str
+) -> None:
+    out, whole = tmp_path / "made.json", tmp_path / "whole.json"
+    usual = ("learn", "--captures", "hug_mp:S01", "--arm", "hug_mp4", "--budget", "2000")
+    with started(*usual, "--workers", workers, "--out", out, "--json", hook=LEARNING) as process:
         assert next_line(process) == "learning"
         process.send_signal(signal.SIGINT)
         rest, errors = process.communicate(timeout=60)
@@ -84,8 +84,28 @@ def test_ctrl_c_keeps_the_best_so_far(tmp_path: Path) -> None:
     assert json.loads(rest)["complete"] is False
     library = load_library(out)
     assert not library.complete
-    assert len(library.reaches) == 14
-    assert all(0 < s.distance_m < 0.5 for reach in library.reaches for s in reach.sets)
+    assert 3 <= len(library.reaches) < 14
+    assert call(*usual, "--out", out, "--resume").status == 0
+    assert call(*usual, "--out", whole).status == 0
+    assert out.read_bytes() == whole.read_bytes()
+
+
+@pytest.mark.usefixtures("captures")
+def test_convergence_is_plotted(call: Call, tmp_path: Path) -> None:
+    usual = ("learn", "--captures", ONE, "--arm", "hug_mp4", *TINY, "--out", tmp_path / "made.json")
+    plot = tmp_path / "convergence.png"
+    assert call(*usual, "--plot-convergence", plot).status == 0
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    call(*usual, "--resume", "--plot-convergence", plot).refused(2, "nothing was left to learn")
+
+
+@pytest.mark.parametrize("learner", ["annealing", "cma", "evolution"])
+@pytest.mark.usefixtures("captures")
+def test_every_learner_can_be_chosen(call: Call, tmp_path: Path, learner: str) -> None:
+    out = tmp_path / "made.json"
+    arguments = ("--captures", ONE, "--arm", "hug_mp4", "--learner", learner, "--out", out)
+    assert call("learn", *arguments, "--budget", "60").status == 0
+    assert load_library(out).reaches[0].sets[0].distance_m < 0.2
 
 
 @pytest.mark.parametrize(
@@ -120,7 +140,11 @@ def test_where_it_cannot_write_it_does_not_learn(
         (("--rate", "1e9"), "choose another rate"),
         (("--workers", "999"), "workers must be between 1 and"),
         (("--workers", "0"), "is not in the range"),
-        (("--population", "0"), "is not in the range"),
+        (("--budget", "0"), "is not in the range"),
+        (("--learner", "guessing"), "is not one of"),
+        (("--population", "8"), "are for --learner annealing without --budget"),
+        (("--plot-convergence", "made.pdf"), "a plot is written as .png"),
+        (("--plot-convergence", "/nowhere/made.png"), "make it first"),
         (("--seed", "-1"), "is not in the range"),
         (("--calibration", "/nowhere"), "no hug_mp4.toml in /nowhere"),
     ],
@@ -135,6 +159,14 @@ def test_bad_input_is_refused(
     pairs = [text for pair in options.items() for text in pair]
     call("learn", *TINY, *pairs).refused(2, said)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_nothing_to_resume_is_said(call: Call, tmp_path: Path) -> None:
+    out = tmp_path / "made.json"
+    usual = ("learn", "--captures", ONE, "--arm", "hug_mp4", "--resume", "--out", out)
+    call(*usual).refused(2, "does not exist: there is nothing to resume")
+    out.write_text("{}")
+    call(*usual).refused(2, "learn it again")
 
 
 def test_missing_captures_are_one_line(

@@ -1,54 +1,47 @@
 """Annealing on objectives whose minimum is known."""
 
-from collections.abc import Callable
+import dataclasses
 
 import numpy as np
 import pytest
 
 from armsyn.errors import InputError
-from armsyn.synergy.annealing import Annealed, Schedule, anneal
+from armsyn.synergy.annealing import Schedule, anneal, anneal_once
+from armsyn.synergy.evaluation import Evaluator, Problem
+from tests.synergy.bowls import LEFT, LOWER, MINIMUM, UPPER, WIDTH, bowl, evaluator
 
 QUICK = Schedule(population=16, generations=200, patience=50, max_generations=600)
-LOWER, UPPER = np.array([-5.0, 0.0, 1.0, -1.0]), np.array([5.0, 20.0, 10.0, 1.0])
-LEFT = 0.1
-Scorer = Callable[[np.ndarray], np.ndarray]
 
 
-def bowls(*minima: list[float]) -> Scorer:
-    """Distance in shares of the ranges to a minimum, one a motion, over what is left there."""
-    centres = np.array(minima)[:, None]
-
-    def score(parameters: np.ndarray) -> np.ndarray:
-        return LEFT + np.linalg.norm((parameters - centres) / (UPPER - LOWER), axis=2)
-
-    return score
+def draws(seed: int = 0) -> np.random.Generator:
+    return np.random.default_rng(seed)
 
 
-def run(score: Scorer, names: list[str], **options: object) -> Annealed:
-    return anneal(score, names, LOWER, UPPER, schedule=QUICK, **options)
+def watched(problem: Problem, budget: int) -> tuple[Evaluator, list[np.ndarray]]:
+    """Return an evaluator and the batches that it will have been asked for."""
+    seen: list[np.ndarray] = []
+
+    def distances(parameters: np.ndarray) -> np.ndarray:
+        seen.append(parameters)
+        return problem.distances(parameters)
+
+    return Evaluator(dataclasses.replace(problem, distances=distances), budget), seen
 
 
-FIRST, SECOND, THIRD = [1.0, 5.0, 2.0, 0.3], [-4.0, 18.0, 9.0, -0.9], [0.0, 10.0, 5.0, 0.0]
-
-
-def test_the_bottom_of_every_bowl_is_found() -> None:
-    found = run(bowls(FIRST, SECOND, THIRD), ["a", "b", "c"])
-    error = np.abs(found.parameters - [FIRST, SECOND, THIRD]) / (UPPER - LOWER)
-    assert error.max() < 0.01
-    assert (found.scores < LEFT + 0.01).all()
-    assert found.stable
-    assert not found.interrupted
+@pytest.mark.parametrize("minimum", [MINIMUM, [-4.0, 18.0, 9.0, -0.9], [0.0, 10.0, 5.0, 0.0]])
+def test_the_bottom_of_a_bowl_is_found(minimum: list[float]) -> None:
+    looked = evaluator(QUICK.evaluations, np.array(minimum))
+    found = anneal_once(looked, draws(), QUICK)
+    assert np.abs((looked.best - minimum) / WIDTH).max() < 0.01
+    assert LEFT <= looked.best_score < LEFT + 0.01
+    assert looked.best_score <= found.scores.min()
+    assert looked.spent < QUICK.evaluations  # it was stable
 
 
 def test_a_minimum_outside_the_bounds_is_met_on_them() -> None:
-    seen = []
-
-    def score(parameters: np.ndarray) -> np.ndarray:
-        seen.append(parameters)
-        return bowls([9.0, -3.0, 5.0, 0.0])(parameters)
-
-    found = run(score, ["corner"])
-    assert found.parameters[0, :2] == pytest.approx([5.0, 0.0], abs=0.05)
+    looked, seen = watched(bowl(np.array([9.0, -3.0, 5.0, 0.0])), 10_000)
+    anneal_once(looked, draws(), QUICK)
+    assert looked.best[:2] == pytest.approx([5.0, 0.0], abs=0.05)
     tried = np.concatenate(seen)
     assert (tried >= LOWER).all()
     assert (tried <= UPPER).all()
@@ -58,101 +51,56 @@ def test_valleys_do_not_trap_the_whole_population() -> None:
     """A bowl with ripples ten times steeper than itself: one descent ends in the next ripple."""
 
     def rippled(parameters: np.ndarray) -> np.ndarray:
-        share = (parameters - THIRD) / (UPPER - LOWER)
-        return np.sqrt((share**2 + 0.02 * (1 - np.cos(30 * share))).sum(axis=2))
+        share = (parameters - MINIMUM) / WIDTH
+        return np.sqrt((share**2 + 0.02 * (1 - np.cos(30 * share))).sum(axis=1))
 
-    found = run(rippled, ["rippled"])
-    assert np.abs((found.parameters[0] - THIRD) / (UPPER - LOWER)).max() < 0.02
+    looked = Evaluator(dataclasses.replace(bowl(), distances=rippled), QUICK.evaluations)
+    anneal(looked, draws(), QUICK)
+    assert np.abs((looked.best - MINIMUM) / WIDTH).max() < 0.02
 
 
 def test_a_seed_decides_everything() -> None:
-    once, again = (run(bowls(FIRST), ["a"], seed=3) for _ in range(2))
+    once, again, other = (
+        anneal_once(evaluator(QUICK.evaluations), draws(seed), QUICK) for seed in (3, 3, 4)
+    )
     np.testing.assert_array_equal(once.members, again.members)
-    np.testing.assert_array_equal(once.history, again.history)
-    other = run(bowls(FIRST), ["a"], seed=4)
-    assert not np.array_equal(once.parameters, other.parameters)
-
-
-def test_company_changes_nothing() -> None:
-    """Alone, first, last, beside one that is stable later or sooner: bit for bit the same."""
-    far = [-50.0, 90.0, 90.0, 90.0]
-
-    def alone(minimum: list[float], name: str) -> Annealed:
-        return run(bowls(minimum), [name])
-
-    minima, names = [SECOND, FIRST, far, THIRD], ["b", "a", "far", "c"]
-    together = run(bowls(*minima), names)
-    generations = set()
-    for row, (minimum, name) in enumerate(zip(minima, names, strict=True)):
-        single = alone(minimum, name)
-        np.testing.assert_array_equal(together.members[row], single.members[0])
-        np.testing.assert_array_equal(together.parameters[row], single.parameters[0])
-        assert together.scores[row] == single.scores[0]
-        generations.add(len(single.history))
-    assert len(generations) > 1  # they did rest at different times
-    assert len(together.history) == max(generations)
-
-
-def test_motions_of_other_names_draw_other_numbers() -> None:
-    found = run(bowls(FIRST, FIRST), ["a", "b"])
-    assert not np.array_equal(found.members[0], found.members[1])
-
-
-def test_the_best_never_gets_worse_and_is_the_best_ever_met() -> None:
-    reported, met = [], []
-
-    def score(parameters: np.ndarray) -> np.ndarray:
-        values = bowls(FIRST)(parameters)
-        met.append(values.min())
-        return values
-
-    found = run(score, ["a"], on_generation=lambda _, best: reported.append(best))
-    assert (np.diff(reported) <= 0).all()
-    assert found.scores[0] == reported[-1]
-    # A worse vector may be kept, never a better one missed
-    assert found.scores[0] == min(met)
-    assert found.evaluations == QUICK.population * len(met)
-    assert found.history.shape == (len(met), 1)
+    assert not np.array_equal(once.members, other.members)
 
 
 def test_members_keep_their_scores() -> None:
-    score = bowls(FIRST, SECOND)
-    found = run(score, ["a", "b"])
-    np.testing.assert_array_equal(found.member_scores, score(found.members))
-    assert (found.scores <= found.member_scores.min(axis=1)).all()
+    looked = evaluator(QUICK.evaluations)
+    found = anneal(looked, draws(), QUICK)
+    np.testing.assert_array_equal(found.scores, looked.problem.distances(found.members))
 
 
-@pytest.mark.parametrize("at", [1, 37])
-def test_ctrl_c_keeps_the_best(at: int) -> None:
-    def stop(generation: int, _: float) -> None:
-        if generation == at:
-            raise KeyboardInterrupt
-
-    score = bowls(FIRST)
-    found = run(score, ["a"], on_generation=stop)
-    assert found.interrupted
-    assert not found.stable
-    assert len(found.history) == at + 1
-    np.testing.assert_array_equal(found.member_scores, score(found.members))
-    assert found.scores[0] == score(found.parameters[None])[0, 0]
-    assert found.scores[0] <= found.history[0]
+def test_a_population_that_is_stable_starts_again_while_the_budget_lasts() -> None:
+    alone, again = evaluator(100_000), evaluator(30_000)
+    anneal_once(alone, draws(), QUICK)
+    anneal(again, draws(), QUICK)
+    assert alone.spent < 15_000
+    assert 30_000 - again.spent < 2 * QUICK.population
+    assert again.best_score <= alone.best_score
 
 
-@pytest.mark.parametrize("at", range(2, 8))
-def test_ctrl_c_in_the_middle_of_scoring_keeps_the_best(at: int) -> None:
-    calls = 0
+@pytest.mark.parametrize("budget", [1, 2, 15, 16, 40, 200, 1000])
+def test_no_budget_is_overdrawn_and_next_to_nothing_is_left(budget: int) -> None:
+    schedule = Schedule.within(budget)
+    looked, seen = watched(bowl(), budget)
+    found = anneal(looked, draws(), schedule)
+    assert looked.spent == sum(map(len, seen)) <= budget
+    assert budget - looked.spent < 2 * schedule.population
+    assert looked.best_score == min(bowl().distances(np.concatenate(seen)))
+    assert np.isfinite(found.scores).all()
 
-    def score(parameters: np.ndarray) -> np.ndarray:
-        nonlocal calls
-        calls += 1
-        if calls == at:
-            raise KeyboardInterrupt
-        return bowls(FIRST)(parameters)
 
-    found = run(score, ["a"])
-    assert found.interrupted
-    assert len(found.history) == at - 1
-    np.testing.assert_array_equal(found.member_scores, bowls(FIRST)(found.members))
+def test_more_budget_finds_better() -> None:
+    scores = []
+    for budget in (100, 1000, 10_000):
+        looked = evaluator(budget)
+        anneal(looked, draws(), Schedule.within(budget))
+        scores.append(looked.best_score)
+    assert scores == sorted(scores, reverse=True)
+    assert scores[-1] < LEFT + 0.01
 
 
 def test_steps_and_temperature_fall_as_stated() -> None:
@@ -166,16 +114,16 @@ def test_steps_and_temperature_fall_as_stated() -> None:
 
 
 def test_it_ends_when_never_stable() -> None:
-    generator = np.random.default_rng(0)
+    generator, level = draws(), 1.0
 
     def restless(parameters: np.ndarray) -> np.ndarray:
-        restless.level *= 0.9  # falls for ever
-        return restless.level * (1 + 0.01 * generator.random(parameters.shape[:2]))
+        nonlocal level
+        level *= 0.9  # falls for ever
+        return level * (1 + 0.01 * generator.random(len(parameters)))
 
-    restless.level = 1.0
-    found = run(restless, ["a"])
-    assert not found.stable
-    assert len(found.history) == QUICK.max_generations + 1
+    looked = Evaluator(dataclasses.replace(bowl(), distances=restless), 100_000)
+    anneal_once(looked, draws(), QUICK)
+    assert looked.spent == QUICK.evaluations
 
 
 @pytest.mark.parametrize("field", ["population", "generations", "patience", "max_generations"])
