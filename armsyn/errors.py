@@ -7,6 +7,9 @@
     |   +-- DescriptionError            an arm's description or synergies file
     |   +-- FormatError                 a motion, capture or recording file
     |   +-- CaptureError                captures that learning cannot use
+    |   +-- PatternError                motions that no pattern can be learned from
+    |   |   +-- SkeletonMismatchError   motions of different skeletons
+    |   +-- ConstraintError             what an edit asks for cannot be understood
     +-- ArmFaultError                   exit 3: the arm, the bus, the port
     |   +-- PortError                   no such port, no permission, taken, lost
     |   |   +-- PortLostError
@@ -28,6 +31,7 @@
     |   +-- UnreachableError            no posture within tolerance of the target
     |   +-- LimitError                  a joint's range, speed, acceleration or jerk
     |   +-- CollisionError              links that would touch each other, a plane or a box
+    |   +-- OutsidePatternError         an edit far outside the examples
     +-- StopRequestedError              exit 130: asked to stop before anything moved
 
 Messages are one line: what, where, what to do. The evidence stands in fields beside it.
@@ -35,7 +39,16 @@ Messages are one line: what, where, what to do. The evidence stands in fields be
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import ClassVar
+
+
+def meant(given: str, known: Iterable[str]) -> str:
+    """Return "; did you mean 'NAME'?" for the known name nearest to a misspelt one, else ""."""
+    import difflib  # noqa: PLC0415 - for what went wrong only
+
+    found = difflib.get_close_matches(given, list(known), n=1)
+    return f"; did you mean {found[0]!r}?" if found else ""
 
 
 class ArmsynError(Exception):
@@ -64,6 +77,33 @@ class FormatError(InputError):
 
 class CaptureError(InputError):
     """Captured motions that learning or scoring cannot use."""
+
+
+class PatternError(InputError):
+    """Motions from which no motion pattern can be learned, or a pattern that does not fit."""
+
+
+class SkeletonMismatchError(PatternError):
+    """Motions whose skeletons are not the same.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    clip : str
+        The motion that does not fit.
+    joint : str
+        Where its skeleton differs; empty when it has other joints.
+    """
+
+    def __init__(self, message: str, clip: str, joint: str = "") -> None:
+        super().__init__(message)
+        self.clip = clip
+        self.joint = joint
+
+
+class ConstraintError(InputError):
+    """A constraint of an edit that names no body or frame, or has no usable goal."""
 
 
 class ArmFaultError(ArmsynError):
@@ -336,6 +376,24 @@ class CollisionError(RefusedMotionError):
         self.second = second
         self.frame = frame
         self.depth = depth
+
+
+class OutsidePatternError(RefusedMotionError):
+    """An edit that leaves the examples of its pattern further behind than is allowed.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    coefficient, bound : float
+        The largest whitened coefficient and what is allowed, in standard deviations of the
+        examples.
+    """
+
+    def __init__(self, message: str, coefficient: float, bound: float) -> None:
+        super().__init__(message)
+        self.coefficient = coefficient
+        self.bound = bound
 
 
 class StopRequestedError(ArmsynError):

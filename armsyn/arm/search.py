@@ -6,7 +6,7 @@ import os
 import re
 from pathlib import Path
 
-from armsyn.errors import DescriptionError
+from armsyn.errors import DescriptionError, meant
 
 ENVIRONMENT_VARIABLE = "ARMSYN_CALIBRATION"
 SYNERGIES = ".synergies.json"
@@ -94,7 +94,7 @@ def find_file(name: str, suffix: str, directory: Path | None = None) -> Path:
         if (place / f"{name}{suffix}").is_file():
             return place / f"{name}{suffix}"
     names = arm_names(directory)
-    cure = f"arms found: {', '.join(names) or 'none'}"
+    cure = f"arms found: {', '.join(names) or 'none'}{meant(name, names)}"
     other = _elsewhere(name, suffix) if directory is not None and name not in names else None
     if other is not None:
         cure = f"only the folder that is named is searched: copy {other} there"

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import importlib
+import re
+import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
 
 import click
 
 import armsyn
-from armsyn.errors import ArmsynError
+from armsyn.cli.json_errors import DocumentedError, document_of
+from armsyn.errors import ArmsynError, meant
 
 COMMANDS = {
     "arms": "List the arms that are described, show one, or write what other programs need of it.",
@@ -57,6 +63,14 @@ class LazyGroup(click.Group):
         assert isinstance(command, click.Command)  # noqa: S101 - a slip of ours, not of a user
         return command
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that is called; name the one that may be meant."""
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            raise click.UsageError(f"No such command {args[0]!r}{meant(args[0], COMMANDS)}", ctx)
+        return super().resolve_command(ctx, args)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
         del ctx
@@ -74,30 +88,69 @@ def cli() -> None:
     and scored. Without --port the arm is simulated, and the first line says so.
 
     Exit status: 0 done; 2 bad input; 3 a fault of the arm, bus or port; 4 a motion refused;
-    130 stopped by Ctrl-C or SIGTERM.
+    130 stopped by Ctrl-C or SIGTERM. With --json, what went wrong is one JSON document, too:
+    {"error": {"type", "message", "exit_status", ...}}.
     """
 
 
 def main() -> None:
     """Run the command line; end with the exit status of what went wrong."""
+    with _terminated_as_interrupted():
+        sys.exit(_status())
+
+
+@contextmanager
+def _terminated_as_interrupted() -> Iterator[None]:
+    """Let SIGTERM end a command as Ctrl-C does, with all that it has to put in order."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _status() -> int:
     try:
         # Outside its stand-alone mode click returns the status that a command exits with
-        sys.exit(cli.main(prog_name="armsyn", standalone_mode=False) or 0)
+        return cli.main(prog_name="armsyn", standalone_mode=False) or 0
+    except DocumentedError as error:
+        return _tell(error.error, str(error), error.error.exit_status, error.document)
     except ArmsynError as error:
-        click.echo(f"armsyn: {_one_line(error)}", err=True)
-        sys.exit(error.exit_status)
+        return _tell(error, str(error), error.exit_status)
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
-        sys.exit(error.exit_code)
+        return error.exit_code
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         path = context.command_path if context is not None else "armsyn"
-        click.echo(f"armsyn: {_one_line(error.format_message())} (see {path} --help)", err=True)
-        sys.exit(error.exit_code)
-    except (KeyboardInterrupt, click.Abort):
-        click.echo("armsyn: interrupted", err=True)
-        sys.exit(INTERRUPTED)
+        said = error.format_message().rstrip(".")
+        text = f"{said}{_choice_meant(error)} (see {path} --help)"
+        return _tell(error, text, error.exit_code)
+    except (KeyboardInterrupt, click.Abort) as error:
+        return _tell(error, "interrupted", INTERRUPTED)
 
 
-def _one_line(error: BaseException | str) -> str:
-    return " ".join(str(error).split())
+def _choice_meant(error: click.ClickException) -> str:
+    """The choice of an option that a misspelt one may mean."""
+    kind = getattr(getattr(error, "param", None), "type", None)
+    given = re.match(r"'([^']*)' is not one of", getattr(error, "message", ""))
+    return (
+        meant(given[1], map(str, kind.choices)) if isinstance(kind, click.Choice) and given else ""
+    )
+
+
+def _tell(
+    error: BaseException, text: str, status: int, document: dict[str, Any] | None = None
+) -> int:
+    """Say in one line what went wrong; where JSON was asked for, as a document, too."""
+    line = " ".join(text.split())
+    click.echo(f"armsyn: {line}", err=True)
+    if _wants_json():
+        click.echo(document_of(error, line, status, document or {}))
+    return status
+
+
+def _wants_json() -> bool:
+    """Whether the command line asks for JSON, be it one that can be understood or not."""
+    arguments = sys.argv[1:]
+    return "--json" in arguments[: arguments.index("--") if "--" in arguments else None]

@@ -152,9 +152,8 @@ def reach(**options: Any) -> None:
                 written[kind] = options[kind]
             except InputError as error:
                 failed.append(error)
-    status = report(done, **written, as_json=options["as_json"])
-    if failed:
-        raise failed[0]
+    first = failed[0] if failed else None
+    status = report(done, **written, as_json=options["as_json"], failed=first)
     click.get_current_context().exit(status)
 
 

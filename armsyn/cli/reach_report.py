@@ -10,6 +10,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from armsyn.cli.json_errors import DocumentedError
 from armsyn.cli.reach import Done
 from armsyn.driver import Ending
 from armsyn.errors import ArmFaultError, FormatError, InputError, RefusedMotionError
@@ -21,7 +22,14 @@ STOPPED = 130
 STOPS = {Ending.STOPPED_HOLDING, Ending.STOPPED_PARKED, Ending.ABORTED}
 
 
-def report(done: Done, *, record: Path | None, plot: Path | None, as_json: bool) -> int:
+def report(
+    done: Done,
+    *,
+    record: Path | None,
+    plot: Path | None,
+    as_json: bool,
+    failed: InputError | None = None,
+) -> int:
     """Print the summary.
 
     Parameters
@@ -30,19 +38,30 @@ def report(done: Done, *, record: Path | None, plot: Path | None, as_json: bool)
     record, plot : Path or None
         Files that were written.
     as_json : bool
+    failed : InputError, optional
+        Why a file could not be written.
 
     Returns
     -------
     int
         Exit status: 0; 130 when the run was stopped on request, 3 when parking missed.
+
+    Raises
+    ------
+    InputError, DocumentedError
+        `failed`, after the summary or with it in one document.
     """
     document = summary(done)
     document["record"] = None if record is None else str(record)
     document["plot"] = None if plot is None else str(plot)
+    if failed is not None and as_json:
+        raise DocumentedError(failed, document)
     if as_json:
         click.echo(json.dumps(document, indent=2, allow_nan=False))
     else:
         _print(document)
+    if failed is not None:
+        raise failed
     if done.recording.ending is Ending.PARK_MISSED:
         return ArmFaultError.exit_status
     return STOPPED if done.recording.ending in STOPS else 0

@@ -11,6 +11,7 @@ import click
 import numpy as np
 
 from armsyn.arm import ArmDescription
+from armsyn.cli.json_errors import DocumentedError
 from armsyn.cli.moving import status_of
 from armsyn.driver import Recording, save_recording
 from armsyn.driver.replay import Expected, Replay, expect
@@ -90,8 +91,8 @@ def report(
 
     Raises
     ------
-    InputError
-        The recording cannot be written; said after how the arm was left.
+    InputError, DocumentedError
+        The recording cannot be written; said after how the arm was left, or in one document.
     """
     last = recordings[-1]
     failed: InputError | None = None
@@ -101,7 +102,10 @@ def report(
         except InputError as error:
             failed = error
     if options["as_json"]:
-        click.echo(json.dumps(_result(last, replay, arm, options), indent=2, allow_nan=False))
+        document = _result(last, replay, arm, options)
+        if failed is not None:
+            raise DocumentedError(failed, document | {"record": None})
+        click.echo(json.dumps(document, indent=2, allow_nan=False))
     else:
         _print_result(last, replay, arm, options, written=failed is None)
     if failed is not None:

@@ -1,14 +1,20 @@
 """What all commands share: help without heavy imports, statuses, one line for what is wrong."""
 
+import json
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 import armsyn
 from armsyn.cli import main as entry
+from armsyn.cli.json_errors import document_of
 from armsyn.cli.main import COMMANDS, cli
+from armsyn.errors import SetpointError
 from tests.cli.commands import Outcome, run
 
 Call = Callable[..., Outcome]
@@ -60,7 +66,11 @@ def test_without_arguments_it_shows_its_help(call: Call) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["grasp"], "No such command 'grasp'"),
+        (["xyzzy"], "No such command 'xyzzy' (see armsyn --help)"),
+        (["grasp"], "No such command 'grasp'; did you mean 'grip'?"),
+        (["strem"], "No such command 'strem'; did you mean 'stream'?"),
+        (["reach", "--tarjet", "0.3"], "'--target'"),
+        (["stream", "a.npz", "--plant", "mujocco"], "; did you mean 'mujoco'?"),
         (["--fast"], "--fast"),
         (["reach"], "Missing option '--target'"),
         (["reach", "--target", "0.3", "-0.1"], "Option '--target' requires 3 arguments"),
@@ -82,3 +92,72 @@ def test_an_interruption_before_anything_ran(call: Call, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(entry.cli, "main", interrupted)
     call("reach").refused(130, "interrupted")
+
+
+def test_with_json_errors_are_documents(call: Call) -> None:
+    usage = call("reach", "--target", "0.3", "--json")
+    assert usage.status == 2
+    found = usage.document["error"]
+    assert found["type"] == "BadOptionUsage"
+    assert found["exit_status"] == 2
+    assert usage.err == f"armsyn: {found['message']}\n"
+    unknown = call("strem", "--json").document["error"]
+    assert "did you mean 'stream'?" in unknown["message"]
+    far = call("reach", "--target", "3", "0", "0", "--json")
+    assert far.status == far.document["error"]["exit_status"] == 4
+    assert far.document["error"]["type"] == "UnreachableError"
+    assert far.document["error"]["miss_m"] == pytest.approx(2.4, abs=0.3)
+
+
+def test_a_misspelt_arm_is_named_as_it_may_be_meant(call: Call) -> None:
+    call("arms", "show", "humn7").refused(2, "; did you mean 'human7'?")
+    assert "did you mean" not in call("arms", "show", "xyzzy").err
+
+
+def test_what_follows_two_dashes_asks_for_no_json(call: Call) -> None:
+    assert not call("score", "--", "--json", "b.csv").out
+
+
+def test_an_interruption_is_a_document_too(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(entry.cli, "main", interrupted)
+    said = call("reach", "--json")
+    assert said.status == 130
+    assert said.document["error"]["message"] == "interrupted"
+
+
+def test_evidence_is_plain_json() -> None:
+    error = SetpointError("it gave no posture")
+    vars(error).update(value=np.float64(np.nan), rows=np.arange(2), ids=(1, 2), _hidden=1)
+    found = json.loads(document_of(error, str(error), 3, {"ending": "held"}))
+    assert found["ending"] == "held"
+    assert found["error"] == {
+        "type": "SetpointError",
+        "message": "it gave no posture",
+        "exit_status": 3,
+        "value": None,
+        "rows": [0, 1],
+        "ids": [1, 2],
+    }
+
+
+def test_sigterm_ends_a_command_like_ctrl_c(tmp_path: Path) -> None:
+    program = "import sys\n"
+    program += "from armsyn.cli import main as entry\n"
+    program += "entry.cli.main = lambda **_: (print('ready', flush=True), sys.stdin.read())\n"
+    program += "entry.main()\n"
+    with subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGTERM)
+        _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (130, "armsyn: interrupted\n")

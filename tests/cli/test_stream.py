@@ -9,6 +9,7 @@ import pytest
 
 from armsyn.arm import load_arm
 from armsyn.driver import Ending, load_recording, straight_way
+from armsyn.errors import InputError
 from armsyn.motion import Motion
 from armsyn.motion.formats import write_motion
 from firmware_sim.testing import running
@@ -75,6 +76,20 @@ def test_a_file_is_streamed_and_recorded(
     assert recording.commanded_rad[-1, 3] == pytest.approx(load_arm("human7").rest[3] + 0.5)
     again = call("stream", out, "--dry-run")
     assert "what was wanted of the arm" in again.out
+
+
+def test_what_cannot_be_written_is_in_the_document(
+    call: Call, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, *_: object) -> None:
+        raise InputError(f"{path}: cannot be written: no space left on device")
+
+    monkeypatch.setattr("armsyn.cli.stream_report.save_recording", full)
+    said = call("stream", file, *RATE, "--record", tmp_path / "out.npz", "--json")
+    assert said.status == 2
+    assert said.document["ending"] == Ending.COMPLETED.value
+    assert said.document["record"] is None
+    assert "no space left" in said.document["error"]["message"]
 
 
 def test_it_can_park(call: Call, file: Path) -> None:
