@@ -47,8 +47,8 @@ def bands(**options: Any) -> None:
     how = How(options["cutoff"], options["cut"], options["rate"])
     with StageBars() as bars:
 
-        def progress(done: int) -> None:
-            bars.update("measuring", done, len(motions), "")
+        def progress(stage: str, done: int, total: int) -> None:
+            bars.update(stage, done, total, "")
 
         found = bands_of(" ".join(options["captures"]), motions, how, progress)
     save_bands(options["out"], found)
@@ -99,6 +99,14 @@ def _report(found: Bands, options: dict[str, Any]) -> None:
 
     console = Console()
     console.print(bands_table(found))
+    if found.floor is not None:
+        floor = found.floor
+        console.print(
+            f"human floor of {floor.reaches} repeated reaches: {100 * floor.floor:.2f} cm, repeats"
+            f" {100 * floor.repeat_distance:.2f} cm apart (as cut {100 * floor.floor_as_cut:.2f}"
+            f" and {100 * floor.repeat_distance_as_cut:.2f})",
+            highlight=False,
+        )
     for name, reason in found.left_out.items():
         console.print(f"left out: {name}: {reason}", highlight=False, markup=False)
     for key in ("out", "plot"):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -17,6 +17,7 @@ import numpy as np
 from armsyn.errors import CaptureError, InputError
 from armsyn.motion import FloatArray, Motion
 from armsyn.scoring.human_likeness import How, human_likeness, relative_speed
+from armsyn.scoring.repeats import MeanFloor, mean_floor
 
 FEWEST = 5
 """Captures that a band needs."""
@@ -56,6 +57,8 @@ class Bands:
         5th, 50th and 95th percentile of the hand's relative speed over normalised time.
     reaches : int
         Captures measured.
+    floor : MeanFloor or None
+        Of the captures; None where none is repeated often enough.
     left_out : dict of str to str
         Captures that could not be measured, and why.
     inputs_sha256 : str
@@ -67,15 +70,16 @@ class Bands:
     measures: dict[str, Band]
     speed: FloatArray
     reaches: int
+    floor: MeanFloor | None
     left_out: dict[str, str]
     inputs_sha256: str
 
 
 def bands_of(
     captures: str,
-    motions: Iterable[tuple[str, Motion]],
+    motions: Sequence[tuple[str, Motion]],
     how: How,
-    on_progress: Callable[[int], None] = lambda _: None,
+    on_progress: Callable[[str, int, int], None] = lambda _stage, _done, _total: None,
 ) -> Bands:
     """Measure a set of captures.
 
@@ -83,12 +87,12 @@ def bands_of(
     ----------
     captures : str
         The selection, for people.
-    motions : iterable of (str, Motion)
-        Names and captures.
+    motions : sequence of (str, Motion)
+        Captures, by the names that `load_captures` gives them or any other.
     how : How
         Filter, cut and rate.
     on_progress : callable
-        Given the number of captures done after each.
+        Given the stage, how many are done and of how many, after each.
 
     Returns
     -------
@@ -111,7 +115,7 @@ def bands_of(
             found.append(measured)
         except InputError as error:
             left_out[name] = str(error)
-        on_progress(done)
+        on_progress("measuring", done, len(motions))
     if len(found) < FEWEST:
         why = next(iter(left_out.values()), "there are no more")
         raise CaptureError(
@@ -124,6 +128,9 @@ def bands_of(
         measures={key: band for key, band in bands.items() if band.n >= FEWEST},
         speed=np.percentile(speeds, PERCENTILES, axis=0),
         reaches=len(found),
+        floor=mean_floor(
+            motions, how.cutoff, how.fraction, lambda *done: on_progress("human floor", *done)
+        ),
         left_out=left_out,
         inputs_sha256=digest.hexdigest(),
     )

@@ -13,6 +13,7 @@ from armsyn.errors import FormatError
 from armsyn.motion.formats.files import check_size, replacing
 from armsyn.scoring.bands import PERCENTILES, Band, Bands
 from armsyn.scoring.human_likeness import MEASURES, How
+from armsyn.scoring.repeats import MeanFloor
 from armsyn.scoring.report import FILTER
 
 SCHEMA = "armsyn-bands-1"
@@ -51,6 +52,7 @@ def bands_as_dict(bands: Bands) -> dict[str, Any]:
             key: np.round(row, 6).tolist()
             for key, row in zip(_SPEED_KEYS, bands.speed, strict=True)
         },
+        "human_floor_m": None if bands.floor is None else bands.floor._asdict(),
         "left_out": bands.left_out,
         "inputs_sha256": bands.inputs_sha256,
     }
@@ -112,6 +114,11 @@ def _bands(document: dict[str, Any]) -> Bands:
     speed = np.array([document["speed_over_mean_speed"][key] for key in _SPEED_KEYS], dtype=float)
     if speed.shape != (3, 101) or not np.isfinite(speed).all():
         raise ValueError("speed_over_mean_speed is not 3 rows of 101 numbers")
+    measures = {
+        key: _band(document["measures"][key]) for key in MEASURES if key in document["measures"]
+    }
+    if not measures:
+        raise ValueError("no measures")
     return Bands(
         captures=str(document["captures"]),
         how=How(
@@ -119,14 +126,20 @@ def _bands(document: dict[str, Any]) -> Bands:
             _number(how["cut_fraction_of_peak"], "cut_fraction_of_peak"),
             _number(how["rate_hz"], "rate_hz"),
         ),
-        measures={
-            key: _band(document["measures"][key]) for key in MEASURES if key in document["measures"]
-        },
+        measures=measures,
         speed=speed,
         reaches=int(document["reaches"]),
+        floor=_floor(document["human_floor_m"]),
         left_out={str(key): str(why) for key, why in document["left_out"].items()},
         inputs_sha256=str(document["inputs_sha256"]),
     )
+
+
+def _floor(row: dict[str, Any] | None) -> MeanFloor | None:
+    if row is None:
+        return None
+    values = {key: _number(row[key], key) for key in MeanFloor._fields if key != "reaches"}
+    return MeanFloor(reaches=int(row["reaches"]), **values)
 
 
 def _band(row: dict[str, Any]) -> Band:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from armsyn.motion import Motion
-from armsyn.motion.captures import Capture, load_captures
+from armsyn.motion.captures import load_captures
+from armsyn.motion.filtering import CUTOFF
 from armsyn.motion.formats import hug_mp
+from armsyn.motion.segmentation import CUT_FRACTION
 from armsyn.scoring.floor import FEWEST_REPEATS, HumanFloor, Person, human_floor
 
 HUG_MP = Person(hug_mp.CHAIN, (0, hug_mp.JOINT_NAMES.index("elbow_flexion"), -1))
@@ -19,10 +24,6 @@ class Repeats(NamedTuple):
     captured: Motion
     others: list[Motion]
     person: Person
-
-    def floor(self, *, as_cut: bool = False) -> HumanFloor:
-        """Return the human floor of the reach; see `armsyn.scoring.floor.human_floor`."""
-        return human_floor(self.captured, self.others, self.person, as_cut=as_cut)
 
 
 def repeats_of(name: str) -> Repeats | None:
@@ -47,35 +48,89 @@ def repeats_of(name: str) -> Repeats | None:
         return None
     (capture,) = load_captures(name)
     subject = capture.name.split(":")[1]
-    return dict(repeats_in(load_captures(f"hug_mp:{subject}:all"))).get(capture.name)
+    everything = [(one.name, one.motion) for one in load_captures(f"hug_mp:{subject}:all")]
+    return dict(repeats_in(everything)).get(capture.name)
 
 
-def repeats_in(captures: list[Capture]) -> list[tuple[str, Repeats]]:
-    """Return each reach with its repeats among the captures of one or several persons.
+def repeats_in(captures: Sequence[tuple[str, Motion]]) -> list[tuple[str, Repeats]]:
+    """Return each reach with its repeats among captures of one or several persons.
 
     Parameters
     ----------
-    captures : list of Capture
-        As `load_captures` returns them.
+    captures : sequence of (str, Motion)
+        By the names that `load_captures` gives them.
 
     Returns
     -------
     list of (str, Repeats)
         By name, in their order, without those that have fewer than two others.
     """
-    found = []
-    for capture in captures:
-        set_name, *parts = capture.name.split(":")
-        if set_name != "hug_mp":
-            continue
-        person, target = parts[0], parts[-1]
-        others = [
-            other.motion
-            for other in captures
-            if other.name != capture.name
-            and other.name.startswith(f"hug_mp:{person}:")
-            and other.name.endswith(f":{target}")
-        ]
-        if len(others) >= FEWEST_REPEATS:
-            found.append((capture.name, Repeats(capture.motion, others, HUG_MP)))
-    return found
+    groups: dict[tuple[str, str], list[tuple[str, Motion]]] = {}
+    for name, motion in captures:
+        set_name, *parts = name.split(":")
+        if set_name == "hug_mp":
+            groups.setdefault((parts[0], parts[-1]), []).append((name, motion))
+    found = {
+        name: Repeats(motion, [other for one, other in group if one != name], HUG_MP)
+        for group in groups.values()
+        for name, motion in group
+        if len(group) > FEWEST_REPEATS
+    }
+    return [(name, found[name]) for name, _ in captures if name in found]
+
+
+class MeanFloor(NamedTuple):
+    """The human floor over a set of captures, metres."""
+
+    floor: float
+    """Mean of the reaches' floors, onset to offset: what scores are set over."""
+    repeat_distance: float
+    floor_as_cut: float
+    """The same on the segments as they were cut, as published."""
+    repeat_distance_as_cut: float
+    reaches: int
+
+
+def mean_floor(
+    captures: Sequence[tuple[str, Motion]],
+    cutoff: float | None = CUTOFF,
+    fraction: float = CUT_FRACTION,
+    on_progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> MeanFloor | None:
+    """Return the mean human floor of captured reaches.
+
+    Parameters
+    ----------
+    captures : sequence of (str, Motion)
+        By the names that `load_captures` gives them.
+    cutoff, fraction : float
+        Of the held distance; see `armsyn.scoring.pairing.trim`.
+    on_progress : callable
+        Given how many reaches are done, and of how many, after each.
+
+    Returns
+    -------
+    MeanFloor or None
+        None where no reach is repeated often enough.
+
+    Raises
+    ------
+    CaptureError
+        As `human_floor`.
+    """
+    groups = repeats_in(captures)
+    trimmed, as_cut = [], []
+    for done, (_, repeats) in enumerate(groups, 1):
+        trimmed.append(human_floor(*repeats, cutoff=cutoff, fraction=fraction))
+        as_cut.append(human_floor(*repeats, as_cut=True))
+        on_progress(done, len(groups))
+    if not groups:
+        return None
+    return MeanFloor(*_means(trimmed), *_means(as_cut), reaches=len(groups))
+
+
+def _means(floors: list[HumanFloor]) -> tuple[float, float]:
+    return (
+        float(np.mean([floor.distance for floor in floors])),
+        float(np.mean([floor.repeat_distance for floor in floors])),
+    )

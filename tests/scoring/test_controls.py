@@ -18,6 +18,7 @@ from armsyn.motion.captures import load_captures
 from armsyn.motion.rebuilding import rebuild_segments, segment_lengths
 from armsyn.motion.resample import interpolate
 from armsyn.scoring import compare
+from armsyn.scoring.floor import human_floor
 from armsyn.scoring.repeats import repeats_in
 
 pytestmark = pytest.mark.usefixtures("captures")
@@ -193,9 +194,9 @@ def test_poses_that_fix_no_transform_are_refused() -> None:
 
 
 def test_repeats_of_a_person_score_about_one_human_floor() -> None:
-    of_name = dict(repeats_in(load_captures("hug_mp:S01:all")))
+    of_name = dict(repeats_in(list(reaches().items())))
     name = next(name for name in of_name if name.endswith(":R-3"))
-    floor = of_name[name].floor()
+    floor = human_floor(*of_name[name])
     scores = [compare(of_name[name].captured, m, floor=floor) for m in of_name[name].others]
     ratios = [score.over_floor for score in scores]
     assert 0.7 < np.median(ratios) < 3

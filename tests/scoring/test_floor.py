@@ -9,7 +9,11 @@ from armsyn.errors import CaptureError
 from armsyn.motion import FloatArray, Motion
 from armsyn.motion.captures import load_captures
 from armsyn.scoring.floor import human_floor, mean_of_repeats
-from armsyn.scoring.repeats import HUG_MP, repeats_in, repeats_of
+from armsyn.scoring.repeats import HUG_MP, mean_floor, repeats_in, repeats_of
+
+
+def loaded(subject: str) -> list[tuple[str, Motion]]:
+    return [(c.name, c.motion) for c in load_captures(f"hug_mp:{subject}:all")]
 
 
 def person_reach(duration: float, *, noise: float = 0.0, start: float = 0.0) -> Motion:
@@ -80,8 +84,7 @@ def test_an_end_out_of_reach_is_said() -> None:
 def test_floors_of_hug_mp_are_the_published_ones(
     subject: str, floor_cm: float, published_repeat_cm: float
 ) -> None:
-    repeats = [found for _, found in repeats_in(load_captures(f"hug_mp:{subject}:all"))]
-    floors = [found.floor(as_cut=True) for found in repeats]
+    floors = [human_floor(*found, as_cut=True) for _, found in repeats_in(loaded(subject))]
     assert len(floors) >= 100
     assert 100 * np.mean([f.distance for f in floors]) == pytest.approx(floor_cm, abs=0.005)
     # Which of the ways to average over pairs was published is not said: ours is within 0.04 cm.
@@ -98,11 +101,24 @@ def test_repeats_are_one_persons_reaches_to_one_target() -> None:
     ends = np.array([other.hand[-1] for other in found.others])
     assert np.linalg.norm(ends - ends.mean(axis=0), axis=1).max() < 0.08
     # Taken as scores are, onset to offset, the floor hardly moves.
-    assert found.floor().distance == pytest.approx(found.floor(as_cut=True).distance, abs=0.003)
+    as_cut = human_floor(*found, as_cut=True).distance
+    assert human_floor(*found).distance == pytest.approx(as_cut, abs=0.003)
 
 
 @pytest.mark.usefixtures("captures")
 def test_sets_with_one_reach_a_target_and_files_have_no_repeats() -> None:
     assert repeats_of("garza:ForwardHigh") is None
     assert repeats_of("reach.npz") is None
-    assert repeats_in(load_captures("garza:all")) == []
+    assert repeats_in([(c.name, c.motion) for c in load_captures("garza:all")]) == []
+
+
+@pytest.mark.usefixtures("captures")
+def test_the_mean_over_a_set_is_that_of_its_reaches() -> None:
+    few = [named for named in loaded("S01") if named[0].endswith(":R-3")][:4]
+    found = mean_floor(few)
+    assert found is not None
+    single = [human_floor(*repeats) for _, repeats in repeats_in(few)]
+    assert found.reaches == 4
+    assert found.floor == pytest.approx(np.mean([floor.distance for floor in single]))
+    assert found.floor < found.repeat_distance
+    assert mean_floor(few[:2]) is None
