@@ -214,13 +214,7 @@ def serve(pipe: Connection) -> None:
 def _run(
     job: Job, stops: StopRequests, recordings: list[Recording], on_tick: OnTick | None
 ) -> None:
-    with ArmSession.open(
-        job.port,
-        job.arm,
-        job.rate_hz,
-        simulated=job.simulated,
-        accept_no_watchdog=job.accept_no_watchdog,
-    ) as session:
+    with _opened(job, stops) as session:
         session.stops, session.gravity, session.realtime = stops, job.gravity, job.realtime
         for number, (motion, park) in enumerate(job.motions, 1):
             try:
@@ -234,6 +228,24 @@ def _run(
                     recordings.append(session.recording)
             if recordings[-1].ending is not Ending.COMPLETED:
                 return
+
+
+def _opened(job: Job, stops: StopRequests) -> ArmSession:
+    """Open the session; what it lacks is of no interest to who has asked to stop meanwhile."""
+    try:
+        return ArmSession.open(
+            job.port,
+            job.arm,
+            job.rate_hz,
+            simulated=job.simulated,
+            accept_no_watchdog=job.accept_no_watchdog,
+        )
+    except ArmFaultError as error:
+        if not stops.count:
+            raise
+        raise StopRequestedError(
+            f"asked to stop while the arm was looked for: nothing has moved ({error})"
+        ) from error
 
 
 def _stopped_between(number: int, motions: int) -> StopRequestedError:

@@ -58,7 +58,7 @@ from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import OnTick, Streamer
 from armsyn.driver.timing import check_rate
 from armsyn.driver.transactions import Bus
-from armsyn.errors import ArmFaultError
+from armsyn.errors import ArmFaultError, StopRequestedError
 from armsyn.motion import Motion
 from armsyn.safety import check_trajectory
 
@@ -370,6 +370,13 @@ class ArmSession:
             )
             try:
                 run.execute()
+            except ArmFaultError as error:
+                if run.streamer is not None or run.fault is not None or not self.stops.count:
+                    raise
+                self.stops.met()
+                raise StopRequestedError(
+                    f"asked to stop before the motion began: nothing has moved ({error})"
+                ) from error
             finally:
                 self.fault = run.fault
                 if run.streamer is not None:

@@ -13,7 +13,12 @@ from armsyn.driver import Ending, power, process, run, session
 from armsyn.driver.collector import collector_frozen
 from armsyn.driver.path import straight_way
 from armsyn.driver.signals import SIGNALS, STUCK_AFTER, StopRequests
-from armsyn.errors import ArmFaultError, StopRequestedError
+from armsyn.errors import (
+    ArmFaultError,
+    BusTimeoutError,
+    ServoMissingError,
+    StopRequestedError,
+)
 from tests.driver.stepped import SteppedArm
 
 
@@ -79,6 +84,39 @@ def test_a_signal_during_the_checks_keeps_the_torque_off(
         opened.run(stepped.way(0.3))
     assert stepped.torque() == [0] * 7
     assert opened.fault is None
+
+
+def test_servos_that_are_silent_after_a_signal_are_a_stop_too(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def silent(*_: object) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        raise BusTimeoutError("no answer from servo 3", (3,))
+
+    opened = stepped.session()
+    with monkeypatch.context() as patch:
+        patch.setattr(run, "read_facts", silent)
+        with pytest.raises(StopRequestedError, match="nothing has moved"):
+            opened.run(stepped.way(0.3))
+    assert opened.run(stepped.way(0.3)).ending is Ending.COMPLETED
+
+
+@pytest.mark.parametrize("asked", [False, True], ids=["nobody asked", "asked to stop"])
+def test_a_job_whose_arm_is_not_there(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, *, asked: bool
+) -> None:
+    stops = StopRequests()
+
+    def nobody(*_: object, **__: object) -> None:
+        if asked:
+            stops.request()
+        raise ServoMissingError("no answer from servo 3", (3,))
+
+    monkeypatch.setattr(session.ArmSession, "open", nobody)
+    job = process.Job("stepped", stepped.description, 200.0, ((stepped.way(0.3), None),))
+    error = process.run_here(job, stops).error
+    assert isinstance(error, StopRequestedError if asked else ServoMissingError)
+    assert "no answer from servo 3" in str(error)
 
 
 def test_a_stop_that_was_met_does_not_stop_the_next_run(stepped: SteppedArm) -> None:
