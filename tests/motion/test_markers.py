@@ -1,5 +1,6 @@
 """Marker files: C3D against ezc3d, TRC there and back."""
 
+import sys
 from pathlib import Path
 
 import ezc3d
@@ -63,6 +64,14 @@ def test_c3d_without_a_known_unit_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match=r"POINT:UNITS is 'zz'.*say the unit"):
         read_motion(path)
     assert read_motion(path, ReadOptions(unit="cm")).frames == 4
+
+
+def test_c3d_without_its_package_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "c3d", None)
+    with pytest.raises(FormatError, match=r"pip install 'armsyn\[formats\]'"):
+        read_motion(tmp_path / "a.c3d")
 
 
 def test_trc_there_and_back(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from) and y up are assumed and said, unless told otherwise.
 from __future__ import annotations
 
 from array import array
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ from armsyn.kinematics.skeleton import Skeleton
 from armsyn.motion.body import BodyMotion
 from armsyn.motion.formats.asf import ROOT, Acclaim, read_asf
 from armsyn.motion.formats.bvh import MOST_POSTURES
-from armsyn.motion.formats.options import Reading, ReadOptions, metres, z_up
+from armsyn.motion.formats.options import Reading, ReadOptions, fact, metres, z_up
 from armsyn.motion.formats.text import Lines
 from armsyn.motion.motion import FloatArray
 
@@ -61,11 +62,8 @@ def read(path: Path, options: ReadOptions) -> Reading:
     acclaim = read_asf(skeleton_path)
     if options.unit:
         acclaim.length = metres(options.unit)
-    lines = Lines(path)
-    try:
+    with closing(Lines(path)) as lines:
         values = _read_frames(lines, acclaim, acclaim.skeleton(skeleton_path).joints)
-    finally:
-        lines.close()
     up, rate = options.up or "y", options.rate or RATE_HZ
     try:
         body = _assemble(acclaim, skeleton_path, values, up, rate, path.name)
@@ -78,8 +76,8 @@ def _facts(acclaim: Acclaim, skeleton: Path, options: ReadOptions) -> dict[str, 
     return {
         "skeleton": str(skeleton),
         "unit": f"{acclaim.length:.6g} m" + ("" if options.unit else f" (of {skeleton.name})"),
-        "up": options.up or "y (assumed)",
-        "rate": f"{options.rate:g} Hz" if options.rate else f"{RATE_HZ:g} Hz (assumed)",
+        "up": fact(options.up or "y", options.up),
+        "rate": fact(f"{options.rate or RATE_HZ:g} Hz", options.rate),
     }
 
 

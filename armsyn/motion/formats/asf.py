@@ -14,6 +14,7 @@ never turns, ``BONE_end``.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -116,9 +117,8 @@ def read_asf(path: Path) -> Acclaim:
     FormatError
         One line with the file and the line that is wrong.
     """
-    lines = Lines(path)
     found = Acclaim({ROOT: Bone(ROOT)})
-    try:
+    with closing(Lines(path)) as lines:
         section = ""
         for words in _statements(lines):
             if words[0].startswith(":"):
@@ -132,8 +132,6 @@ def read_asf(path: Path) -> Acclaim:
                 _read_bone(lines, found)
             elif section == "hierarchy" and words[0] not in ("begin", "end"):
                 _read_children(lines, found, words)
-    finally:
-        lines.close()
     if len(found.bones) == 1 or not found.children:
         raise FormatError(f"{path}: no :bonedata or no :hierarchy: not a skeleton, or cut")
     return found

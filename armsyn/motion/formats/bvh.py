@@ -32,6 +32,7 @@ otherwise. Written files have centimetres, y up, and ZYX rotations.
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -41,7 +42,7 @@ from armsyn.errors import FormatError, InputError
 from armsyn.kinematics import quaternion
 from armsyn.kinematics.skeleton import Skeleton
 from armsyn.motion.body import BodyMotion
-from armsyn.motion.formats.options import Reading, ReadOptions, metres, z_up
+from armsyn.motion.formats.options import Reading, ReadOptions, fact, metres, z_up
 from armsyn.motion.formats.text import Lines
 from armsyn.motion.motion import FloatArray
 
@@ -80,20 +81,14 @@ def read(path: Path, options: ReadOptions) -> Reading:
     FormatError
         One line with the file and the line that is wrong.
     """
-    lines = Lines(path)
-    try:
+    with closing(Lines(path)) as lines:
         joints = _read_hierarchy(lines)
         frame_time, values = _read_motion(lines, joints)
-    finally:
-        lines.close()
     unit, up = options.unit or "cm", options.up or "y"
     rate = options.rate or 1.0 / frame_time
     try:
         body = _assemble(joints, values, metres(unit), up, rate, path.name)
-        facts = {
-            "unit": unit + ("" if options.unit else " (assumed)"),
-            "up": up + ("" if options.up else " (assumed)"),
-        }
+        facts = {"unit": fact(unit, options.unit), "up": fact(up, options.up)}
         return Reading(body.as_motion(), facts, body)
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error

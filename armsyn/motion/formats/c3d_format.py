@@ -18,7 +18,7 @@ import numpy as np
 
 from armsyn.errors import FormatError
 from armsyn.motion.formats.files import check_size
-from armsyn.motion.formats.options import METRES, Reading, ReadOptions, metres, z_up
+from armsyn.motion.formats.options import METRES, Reading, ReadOptions, fact, metres, z_up
 from armsyn.motion.motion import FloatArray, Motion
 
 LARGEST_FILE = 256 * 2**20
@@ -155,7 +155,7 @@ def _assemble(facts: _Facts, points: FloatArray, path: Path, options: ReadOption
     )
     said = {
         "unit": unit,
-        "up": up + ("" if options.up or up == facts.up else " (assumed)"),
+        "up": fact(up, options.up or facts.up == up),
         "rate": f"{rate:g} Hz",
     }
     if facts.not_positions:

@@ -30,8 +30,8 @@ from __future__ import annotations
 import csv
 from array import array
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -39,7 +39,7 @@ from armsyn.errors import FormatError
 from armsyn.motion.formats import csv_format
 from armsyn.motion.formats.columns import Column, ColumnMap, read_columns
 from armsyn.motion.formats.joint_logs import JointLog, read_joint_log
-from armsyn.motion.formats.options import RADIANS, Reading, ReadOptions, metres, z_up
+from armsyn.motion.formats.options import RADIANS, Reading, ReadOptions, fact, metres, z_up
 from armsyn.motion.formats.text import Lines
 from armsyn.motion.motion import FloatArray, Motion
 
@@ -47,13 +47,6 @@ MOST_COLUMNS = 10_000
 MOST_NUMBERS = 30_000_000
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _DELIMITERS = {"tab": "\t", "space": " "}
-
-
-class _Table(NamedTuple):
-    """The wanted columns, time first when there is one."""
-
-    numbers: FloatArray
-    headings: list[str]
 
 
 def read(path: Path, options: ReadOptions) -> Reading:
@@ -137,8 +130,7 @@ def _read_columns(
     path: Path, columns: ColumnMap, must: list[Column], may: list[Column]
 ) -> FloatArray:
     """Return the wanted columns of every row; cells of `may` may be gaps."""
-    lines = Lines(path)
-    try:
+    with closing(Lines(path)) as lines:
         for _ in range(columns.skip_lines):
             lines.next("line of those to skip")
         rows = _rows(lines, _DELIMITERS.get(columns.delimiter, columns.delimiter))
@@ -147,8 +139,6 @@ def _read_columns(
             lines.fail(f"{len(headings)} columns, more than {MOST_COLUMNS}")
         places = [_place(lines, column, headings) for column in (*must, *may)]
         return _numbers(lines, rows, places, len(must))
-    finally:
-        lines.close()
 
 
 def _rows(lines: Lines, delimiter: str) -> Iterator[list[str]]:
@@ -216,7 +206,7 @@ def _read_log(path: Path, log: JointLog, options: ReadOptions) -> Reading:
     names, landmarks = log.landmarks(joints, angles)
     motion = _motion(path, time, tuple(joints), angles, names, landmarks)
     missing = [name for name in log.names if name not in joints]
-    facts = {"joints": str(options.joints), "unit": unit + ("" if options.unit else " (assumed)")}
+    facts = {"joints": str(options.joints), "unit": fact(unit, options.unit)}
     if missing:
         facts["not in it"] = ", ".join(missing)
     return Reading(motion, facts)
@@ -227,9 +217,6 @@ def _delimiter_of(path: Path) -> str:
 
 
 def _headings(path: Path) -> list[str]:
-    lines = Lines(path)
-    try:
-        name = _delimiter_of(path)
+    name = _delimiter_of(path)
+    with closing(Lines(path)) as lines:
         return next(_rows(lines, _DELIMITERS.get(name, name)), [])
-    finally:
-        lines.close()

@@ -30,7 +30,7 @@ from armsyn.kinematics.skeleton import Skeleton
 from armsyn.motion.body import BodyMotion
 from armsyn.motion.formats.archive import Archive, opened
 from armsyn.motion.formats.files import replacing
-from armsyn.motion.formats.options import UPS, Reading, ReadOptions, z_up
+from armsyn.motion.formats.options import UPS, Reading, ReadOptions, fact, z_up
 from armsyn.motion.motion import FloatArray, Motion
 
 SCHEMA = "armsyn-body-1"
@@ -95,7 +95,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
         up = options.up or said or "y"
         body = _body(archive, take, up)
         motion = _markers(archive, take, up, body) or body.as_motion()
-    facts = {"take": take, "up": up + ("" if options.up or said else " (assumed)")}
+    facts = {"take": take, "up": fact(up, options.up or said)}
     moving = _moving(body)
     if moving:
         facts["moving offsets"] = ", ".join(moving)

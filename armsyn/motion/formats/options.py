@@ -110,6 +110,11 @@ def metres(unit: str) -> float:
     return value
 
 
+def fact(value: str, told: object) -> str:
+    """Return a value as a `Reading` states it: assumed, unless something told it."""
+    return value if told else f"{value} (assumed)"
+
+
 def z_up(vectors: ArrayLike, up: str) -> FloatArray:
     """Turn vectors of a file into ours.
 

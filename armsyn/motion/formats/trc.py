@@ -20,13 +20,22 @@ from __future__ import annotations
 
 import math
 from array import array
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 
 from armsyn.errors import FormatError
 from armsyn.motion.formats.files import replacing
-from armsyn.motion.formats.options import METRES, Reading, ReadOptions, from_z_up, metres, z_up
+from armsyn.motion.formats.options import (
+    METRES,
+    Reading,
+    ReadOptions,
+    fact,
+    from_z_up,
+    metres,
+    z_up,
+)
 from armsyn.motion.formats.text import Lines
 from armsyn.motion.motion import FloatArray, Motion
 
@@ -53,13 +62,10 @@ def read(path: Path, options: ReadOptions) -> Reading:
     FormatError
         One line with the file and the line that is wrong.
     """
-    lines = Lines(path)
-    try:
+    with closing(Lines(path)) as lines:
         head = _read_head(lines)
         names = _read_names(lines, int(head["NumMarkers"]))
         rows = _read_rows(lines, int(head["NumFrames"]), len(names))
-    finally:
-        lines.close()
     unit, up = options.unit or head["Units"], options.up or "y"
     positions = rows[:, 1:].reshape(len(rows), -1, 3) * metres(unit)
     time = rows[:, 0] if options.rate is None else np.arange(len(rows)) / options.rate
@@ -69,7 +75,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
         )
     except FormatError as error:
         raise FormatError(f"{path}: {error}") from error
-    return Reading(motion, {"unit": unit, "up": up + ("" if options.up else " (assumed)")})
+    return Reading(motion, {"unit": unit, "up": fact(up, options.up)})
 
 
 def _read_head(lines: Lines) -> dict[str, str]:
