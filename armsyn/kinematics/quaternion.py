@@ -37,6 +37,72 @@ def from_euler(axes: str, angles: ArrayLike) -> FloatArray:
     return np.moveaxis(q, 0, -1)
 
 
+def from_expmap(rotation_vector: ArrayLike) -> FloatArray:
+    """Unit quaternions of exponential maps of any length.
+
+    Parameters
+    ----------
+    rotation_vector : array_like, shape (..., 3)
+        Axis times angle, rad.
+
+    Returns
+    -------
+    array, shape (..., 4)
+    """
+    w = np.asarray(rotation_vector, dtype=np.float64)
+    half = 0.5 * np.linalg.norm(w, axis=-1, keepdims=True)
+    return np.concatenate([0.5 * np.sinc(half / np.pi) * w, np.cos(half)], axis=-1)
+
+
+def sign_continuous(quaternions: ArrayLike) -> FloatArray:
+    """Choose the signs along a path so that neighbours lie on the same half of the sphere.
+
+    Parameters
+    ----------
+    quaternions : array_like, shape (frames, ..., 4)
+
+    Returns
+    -------
+    array, shape (frames, ..., 4)
+        The first frame as it was.
+    """
+    q = np.array(quaternions, dtype=np.float64)
+    opposed = np.sum(q[1:] * q[:-1], axis=-1) < 0.0
+    q[1:][np.cumsum(opposed, axis=0) % 2 == 1] *= -1.0
+    return q
+
+
+def slerp(first: ArrayLike, second: ArrayLike, share: ArrayLike) -> FloatArray:
+    """Spherical linear interpolation (Shoemake 1985) along the arc that the signs choose.
+
+    Parameters
+    ----------
+    first, second : array_like, shape (..., 4)
+        Of unit length.
+    share : array_like, broadcast to (...)
+        0 at the first, 1 at the second.
+
+    Returns
+    -------
+    array, shape (..., 4)
+        Of unit length.
+    """
+    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    t = np.asarray(share, dtype=np.float64)[..., None]
+    # The angle between them from both chords: exact near zero and near opposite
+    angle = 2.0 * np.arctan2(
+        np.linalg.norm(a - b, axis=-1, keepdims=True),
+        np.linalg.norm(a + b, axis=-1, keepdims=True),
+    )
+    sine = np.sinc(angle / np.pi)
+    straight = np.abs(sine) < 1e-12
+    divisor = np.where(straight, 1.0, sine)
+    left = (1.0 - t) * np.sinc((1.0 - t) * angle / np.pi) / divisor
+    right = t * np.sinc(t * angle / np.pi) / divisor
+    q = np.where(straight, np.where(t < 0.5, a, b), left * a + right * b)
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
+
+
 def to_expmap(quaternion: ArrayLike) -> FloatArray:
     """Exponential maps (axis times angle) of unit quaternions.
 

@@ -1,0 +1,1 @@
+"""Motion patterns: learned from examples, kept in files."""

@@ -1,0 +1,164 @@
+"""The motion pattern: mean motion, principal components and the examples' place among them.
+
+    Psi = Psi_0 + alpha E    (second paper, Eqs. 3 and 4)
+
+Psi stacks the poses of all frames. Lengths and angles share that vector, so lengths are first
+multiplied by `radians_per_metre`; rows of E are orthonormal in those units. alpha is whitened:
+a coefficient of 1 is one standard deviation of the examples along that component.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.editing.figure import Clip, Figure
+from armsyn.editing.pattern.branches import unwrapped_poses
+from armsyn.editing.pattern.timing import normalised_poses, phases
+from armsyn.errors import PatternError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionModel:
+    """A learned motion pattern.
+
+    Parameters
+    ----------
+    figure : Figure
+        What moves.
+    mean : array, shape (frames, n)
+        Mean motion, rad and m.
+    components : array, shape (m, frames, n)
+        Rows of E: orthonormal in weighted units.
+    sigma : array, shape (m,)
+        Standard deviation of the examples along each, weighted units.
+    radians_per_metre : float
+        Weight of lengths against angles.
+    duration : float
+        Mean of the examples', s.
+    names : tuple of str
+        The examples.
+    examples : array, shape (examples, m)
+        Their whitened coefficients.
+    shares : array, shape (rank,)
+        Of the variance, of every component the examples have, the kept ones first.
+    left_out_m : array, shape (examples,)
+        Leave-one-out reconstruction error: mean distance of the bodies of each example from its
+        reconstruction by a model of the others with as many components, m.
+    inputs_sha256 : str
+        Hash of the examples and options that it was learned from.
+    seed : int
+        Learning draws nothing at random; for what is later drawn from the model.
+    """
+
+    figure: Figure
+    mean: FloatArray
+    components: FloatArray
+    sigma: FloatArray
+    radians_per_metre: float
+    duration: float
+    names: tuple[str, ...]
+    examples: FloatArray
+    shares: FloatArray
+    left_out_m: FloatArray
+    inputs_sha256: str = ""
+    seed: int = 0
+
+    SCHEMA: ClassVar[str] = "armsyn-motion-model-1"
+
+    @property
+    def frames(self) -> int:
+        """Number of frames N of the normalised motion."""
+        return len(self.mean)
+
+    @property
+    def size(self) -> int:
+        """Number of components m."""
+        return len(self.sigma)
+
+    @property
+    def variance(self) -> float:
+        """Share of the examples' variance that the components hold."""
+        return float(self.shares[: self.size].sum())
+
+    @cached_property
+    def weights(self) -> FloatArray:
+        """Of the pose vector's columns, shape (n,): rad a unit."""
+        return np.where(self.figure.metres, self.radians_per_metre, 1.0)
+
+    @cached_property
+    def directions(self) -> FloatArray:
+        """Pose change of one standard deviation a component, (m, frames, n), rad and m."""
+        return np.asarray(self.sigma[:, None, None] * self.components / self.weights)
+
+    def poses(self, coefficients: FloatArray) -> FloatArray:
+        """Return the motion of whitened coefficients (Eq. 3).
+
+        Parameters
+        ----------
+        coefficients : array, shape (m,)
+
+        Returns
+        -------
+        array, shape (frames, n)
+            rad and m.
+        """
+        return self.mean + np.tensordot(coefficients, self.directions, 1)
+
+    def coefficients(self, clip: Clip) -> FloatArray:
+        """Return the whitened coefficients of a clip's projection on the components.
+
+        Parameters
+        ----------
+        clip : BodyMotion or Motion
+            The whole movement; it is normalised in time.
+
+        Returns
+        -------
+        array, shape (m,)
+
+        Raises
+        ------
+        PatternError
+            When the clip is of another figure.
+        """
+        figure = self.figure
+        poses = normalised_poses(clip.time, figure.poses(clip), figure.turns, self.frames)
+        poses = unwrapped_poses(poses, figure.turns, self.mean[0])
+        away = ((poses - self.mean) * self.weights).ravel()
+        return np.asarray(self.components.reshape(self.size, -1) @ away / self.sigma)
+
+    def directions_at(self, time: FloatArray) -> FloatArray:
+        """Return the pose changes at a clip's instants, linear between normalised frames.
+
+        Parameters
+        ----------
+        time : array, shape (captured,)
+            s; the first and last are those of the whole movement.
+
+        Returns
+        -------
+        array, shape (captured, m, n)
+            rad and m a standard deviation.
+        """
+        at = phases(time, self.frames)
+        left = np.clip(at.astype(np.int64), 0, self.frames - 2)
+        share = (at - left)[:, None, None]
+        over_time = self.directions.swapaxes(0, 1)
+        if time.size == self.frames and np.abs(share - np.round(share)).max() < 1e-9:
+            return np.ascontiguousarray(over_time)
+        return np.asarray((1.0 - share) * over_time[left] + share * over_time[left + 1])
+
+    def nearest_example(self, coefficients: FloatArray) -> tuple[str, float]:
+        """Return the example nearest to coefficients, shape (m,), and how far it is, sigma."""
+        if not len(self.examples):
+            raise PatternError("the pattern keeps no examples")
+        gaps = np.linalg.norm(self.examples - coefficients, axis=1)
+        nearest = int(np.argmin(gaps))
+        return self.names[nearest], float(gaps[nearest])

@@ -1,0 +1,67 @@
+"""Time normalisation: a motion's poses at a number of evenly spaced instants."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.editing.pattern.branches import unwrapped_poses
+from armsyn.kinematics import quaternion
+from armsyn.motion.resample import interpolate
+
+FloatArray = NDArray[np.float64]
+
+
+def normalised_poses(
+    time: FloatArray, poses: FloatArray, turns: NDArray[np.int64], frames: int
+) -> FloatArray:
+    """Resample poses evenly from the first instant to the last.
+
+    Rotations go by slerp of sign-continuous quaternions (second paper, section 3; Shoemake 1985),
+    everything else linearly. Interpolating exponential maps instead would depart from slerp by
+    0.24, 2.0, 16.7 and 45.7 degrees at 30, 60, 120 and 170 degrees between unlike axes.
+
+    Parameters
+    ----------
+    time : array, shape (captured,)
+        s, increasing.
+    poses : array, shape (captured, n)
+        rad and m.
+    turns : array of int, shape (k,)
+        First columns of exponential maps.
+    frames : int
+        How many samples, at least 2.
+
+    Returns
+    -------
+    array, shape (frames, n)
+        Exponential maps unwrapped along time, the first frame's no longer than pi.
+    """
+    at = np.linspace(time[0], time[-1], frames)
+    found = interpolate(time, poses, at)
+    if not turns.size:
+        return found
+    columns = turns[:, None] + np.arange(3)
+    path = quaternion.sign_continuous(quaternion.from_expmap(poses[:, columns]))
+    left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
+    share = np.clip((at - time[left]) / (time[left + 1] - time[left]), 0.0, 1.0)
+    turned = quaternion.slerp(path[left], path[left + 1], share[:, None])
+    found[:, columns] = quaternion.to_expmap(turned)
+    return unwrapped_poses(found, turns)
+
+
+def phases(time: FloatArray, frames: int) -> FloatArray:
+    """Return where instants stand on a normalised motion: 0 at the first, frames - 1 at the last.
+
+    Parameters
+    ----------
+    time : array, shape (captured,)
+        s, increasing.
+    frames : int
+        Of the normalised motion.
+
+    Returns
+    -------
+    array, shape (captured,)
+    """
+    return np.asarray((time - time[0]) / (time[-1] - time[0]) * (frames - 1))

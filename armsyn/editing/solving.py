@@ -1,0 +1,158 @@
+"""The loop both solvers share: step, test, step, on the same kinematics and tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.editing.bounded import Bounds, bounded_step
+from armsyn.editing.priorities import Damping, Level, priority_step
+from armsyn.editing.problem import Problem
+from armsyn.errors import InputError
+
+FloatArray = NDArray[np.float64]
+_STALLED = 1e-9
+"""A step of the unknowns (standard deviations, rad) below which nothing moves any more."""
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """What a solver may do.
+
+    Parameters
+    ----------
+    iterations : int
+        At most.
+    damping : float
+        xi.
+    damping_unit : {"relative", "metre", "centimetre"}
+        A share of each level's largest singular value, or an amount in metres or centimetres a
+        unit of the unknowns. The paper's 0.8 and 10 converge only as centimetres.
+    whiten : bool
+        Whether components count in standard deviations of the examples.
+    tolerance : float
+        What each goal may miss, m (rad for orientations).
+    longest : float
+        What is asked of a goal in one iteration, m or rad: Jacobians hold nearby only.
+    toward : {"", "clip", "mean"}
+        What the freedom that is left is used for: nothing, or to go back to the clip's or to the
+        mean motion's coefficients (z in the paper's Eq. 10).
+    toward_coefficients : tuple of float
+        Whitened coefficients to go to instead: a style.
+    pull : float
+        Share of the way there an iteration, in (0, 1].
+    coefficient_bound : float
+        Standard deviations of the examples beyond which an edit is refused unless forced.
+
+    Raises
+    ------
+    InputError
+        When a value is out of range.
+    """
+
+    iterations: int = 100
+    damping: float = 0.01
+    damping_unit: Literal["relative", "metre", "centimetre"] = "relative"
+    whiten: bool = True
+    tolerance: float = 1e-6
+    longest: float = 0.1
+    toward: Literal["", "clip", "mean"] = ""
+    toward_coefficients: tuple[float, ...] = ()
+    pull: float = 1.0
+    coefficient_bound: float = 6.0
+
+    def __post_init__(self) -> None:
+        if self.iterations < 1:
+            raise InputError(f"{self.iterations} iterations: give at least one")
+        if not (np.isfinite(self.damping) and self.damping >= 0.0):
+            raise InputError(f"damping {self.damping:g} is negative or not finite")
+        for name in ("tolerance", "longest", "coefficient_bound"):
+            if not getattr(self, name) > 0.0:
+                raise InputError(f"{name} {getattr(self, name):g} is not positive")
+        if not 0.0 < self.pull <= 1.0:
+            raise InputError(f"pull {self.pull:g} is not in (0, 1]")
+        if not np.isfinite(self.toward_coefficients).all():
+            raise InputError("the coefficients to go to are finite numbers")
+
+    @classmethod
+    def paper(cls, xi: float = 10.0, iterations: int = 100) -> Self:
+        """Return the paper's settings: xi in centimetres, components unwhitened."""
+        return cls(iterations, xi, "centimetre", whiten=False)
+
+    @property
+    def as_damping(self) -> Damping:
+        """The damping as a step takes it."""
+        share = 0.01 if self.damping_unit == "centimetre" else 1.0
+        return Damping(self.damping * share, self.damping_unit == "relative")
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Where a solver ended.
+
+    Attributes
+    ----------
+    x : array, shape (q,)
+        The unknowns.
+    iterations : int
+        Steps taken.
+    success : bool
+        Whether every goal of every level is met to the tolerance.
+    """
+
+    x: FloatArray
+    iterations: int
+    success: bool
+
+
+def solve(
+    problem: Problem,
+    start: FloatArray,
+    options: SolverOptions,
+    rest: FloatArray | None = None,
+    bounds: Bounds | None = None,
+    *,
+    settle: bool = True,
+) -> Solution:
+    """Step until every goal is met, nothing moves any more, or the iterations are used up.
+
+    Parameters
+    ----------
+    problem : Problem
+    start : array, shape (q,)
+    options : SolverOptions
+    rest : array, shape (q,), optional
+        Where the freedom that is left goes.
+    bounds : Bounds, optional
+        Never left; `start` is within.
+    settle : bool
+        Whether to go on with `rest` once the goals are met, until it moves nothing any more.
+
+    Returns
+    -------
+    Solution
+    """
+    x, damping = np.array(start), options.as_damping
+    for iteration in range(options.iterations + 1):
+        levels = problem.levels(x)
+        met = all(np.abs(error).max() <= options.tolerance for _, error in levels)
+        if iteration == options.iterations or (met and not (settle and rest is not None)):
+            break
+        wishes = [_clamped(level, options.longest) for level in levels]
+        z = None if rest is None else options.pull * (rest - x)
+        if bounds is None:
+            step, _ = priority_step(wishes, damping, z)
+        else:
+            step = bounded_step(wishes, damping, bounds, x, z)
+        if np.abs(step).max() <= (options.tolerance if met else _STALLED):
+            break
+        x = x + step
+    return Solution(x, iteration, met)
+
+
+def _clamped(level: Level, longest: float) -> Level:
+    largest = float(np.abs(level.error).max())
+    return level if largest <= longest else Level(level.J, level.error * (longest / largest))
