@@ -119,6 +119,7 @@ def hand_speed(
     *,
     cutoff: float | None = CUTOFF,
     rate: float | None = None,
+    rest: float = REST,
 ) -> SpeedProfile:
     """Measure a hand's speed: to an even grid between two rests, filter, differentiate.
 
@@ -132,11 +133,14 @@ def hand_speed(
         Hz; None leaves the positions as they are.
     rate : float or None
         Hz of the even grid; None takes the motion's mean rate, `LOWEST_RATE` at least.
+    rest : float
+        s that the hand is taken to rest before and after; 0 keeps the speed that a record which
+        was cut while moving begins or ends with.
 
     Returns
     -------
     SpeedProfile
-        Whole, from `REST` before the first stamp to `REST` after the last.
+        Whole, from `rest` before the first stamp to `rest` after the last.
 
     Raises
     ------
@@ -154,7 +158,7 @@ def hand_speed(
             " lower the cut-off, or sample faster"
         )
     rate = max(own_rate, LOWEST_RATE) if rate is None else rate
-    before = round(REST * rate) / rate  # whole samples, so that the first stamp is one
+    before = round(rest * rate) / rate  # whole samples, so that the first stamp is one
     grid = uniform_times(float(time[0]) - before, float(time[-1]) + before, rate)
     even = interpolate(time, positions, grid)
     if not np.isfinite(even).all():

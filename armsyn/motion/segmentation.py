@@ -16,6 +16,10 @@ SHORTEST_REST = 0.15
 """s below the cut that end a movement. A slow joint under weight sticks and slips: between two
 slips the hand may stand for a tenth of a second, which is no end of the reach. As long as the
 least time between two submovements (JNER 2021, 00895-3)."""
+SLIP = 0.25
+"""Of the peak speed, that the hand must reach again after such a dip for it to be none of the
+movement's ends. Hands that settle after a reach come to 0.1-0.2 of it; slips are like each
+other."""
 
 
 def onset_and_offset(
@@ -32,7 +36,7 @@ def onset_and_offset(
         0.02 for a drinking task, 0.1 elsewhere (JNER 2021, 00895-3; Sensors 2022, 22:230).
     rest : int
         Samples that it must stay below, or to the end of the profile; a shorter dip is one of a
-        submovement.
+        submovement, if the speed rises to `SLIP` of the peak again.
 
     Returns
     -------
@@ -54,11 +58,21 @@ def onset_and_offset(
     peak = int(np.argmax(speed))
     if speed[peak] <= 0:
         raise CaptureError("the hand does not move: there is no movement to measure")
-    onset, offset = next(
-        (first, last)
-        for first, last in moving_runs(speed >= fraction * speed[peak], rest)
-        if first <= peak <= last
-    )
+    runs = moving_runs(speed >= fraction * speed[peak])
+    place = next(index for index, (first, last) in enumerate(runs) if first <= peak <= last)
+    least = SLIP * float(speed[peak])
+    onset = edge = runs[place][0]
+    for first, last in reversed(runs[:place]):
+        if edge - last - 1 >= rest:
+            break
+        edge = first
+        onset = first if speed[first : last + 1].max() >= least else onset
+    offset = edge = runs[place][1]
+    for first, last in runs[place + 1 :]:
+        if first - edge - 1 >= rest:
+            break
+        edge = last
+        offset = last if speed[first : last + 1].max() >= least else offset
     return onset, offset
 
 

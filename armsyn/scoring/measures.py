@@ -10,10 +10,10 @@ import numpy as np
 from armsyn.errors import CaptureError
 from armsyn.motion import FloatArray, Motion
 from armsyn.motion.filtering import CUTOFF, SpeedProfile, hand_speed
+from armsyn.motion.peaks import count_peaks
 from armsyn.motion.resample import interpolate
 from armsyn.motion.segmentation import CUT_FRACTION, onset_and_offset, shortest_rest
 from armsyn.scoring.profile import (
-    count_peaks,
     minimum_jerk_fit,
     peak_over_mean,
     time_to_peak,

@@ -8,13 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from armsyn.errors import InputError
-from armsyn.motion import FloatArray, Motion
+from armsyn.motion import Motion
 from armsyn.motion.filtering import CUTOFF, hand_speed
-from armsyn.motion.segmentation import CUT_FRACTION, moving_runs, shortest_rest
-
-LEAST_PATH = 0.1
-"""Of the recording's longest movement, that the path of another must have: what a hand trembles or
-settles is none."""
+from armsyn.motion.movements import spans
+from armsyn.motion.segmentation import CUT_FRACTION, movement_times
 
 
 class Bout(NamedTuple):
@@ -40,7 +37,7 @@ def bouts(
     cutoff : float or None
         Hz, of the low-pass.
     fraction : float
-        Of the recording's peak speed, below which the hand rests.
+        Of a movement's peak speed, at which it begins and ends.
 
     Returns
     -------
@@ -53,13 +50,9 @@ def bouts(
         As `armsyn.motion.filtering.hand_speed`.
     """
     profile = hand_speed(motion.time, motion.hand, cutoff=cutoff)
-    peak = float(profile.speed.max())
-    moving = profile.speed >= max(fraction * peak, np.finfo(float).tiny)
-    runs = moving_runs(moving, shortest_rest(profile.time))
-    paths = [float(profile.speed[first : last + 1].sum()) for first, last in runs]
-    least = LEAST_PATH * max(paths, default=0.0)
-    kept = [run for run, path in zip(runs, paths, strict=True) if path >= least]
-    return _with_rests(profile.time, kept, motion)
+    parts = [slice(first, last + 1) for first, last in spans(profile, fraction)]
+    times = [movement_times(profile.time[part], profile.speed[part], fraction) for part in parts]
+    return _with_rests(times, motion)
 
 
 def only_movement(
@@ -101,8 +94,7 @@ def only_movement(
     return motion.between(int(inside[0]), int(inside[-1]))
 
 
-def _with_rests(time: FloatArray, runs: list[tuple[int, int]], motion: Motion) -> list[Bout]:
-    times = [(float(time[first]), float(time[last])) for first, last in runs]
+def _with_rests(times: list[tuple[float, float]], motion: Motion) -> list[Bout]:
     middles = [(before[1] + after[0]) / 2 for before, after in itertools.pairwise(times)]
     ends = [float(motion.time[0]), *middles, float(motion.time[-1])]
     return [Bout(*pair, *ends[place : place + 2]) for place, pair in enumerate(times)]

@@ -1,4 +1,4 @@
-"""The shape of a speed profile: its peak, its submovements, its likeness to minimum jerk."""
+"""The shape of a speed profile: its peak, its likeness to minimum jerk."""
 
 from __future__ import annotations
 
@@ -7,9 +7,6 @@ import numpy as np
 from armsyn.errors import CaptureError, InputError
 from armsyn.motion import FloatArray
 from armsyn.motion.resample import interpolate
-
-PEAK_RISE = 0.020
-PEAK_SPACING = 0.150
 
 
 def minimum_jerk_speed(phase: FloatArray) -> FloatArray:
@@ -82,54 +79,6 @@ def peak_over_mean(speed: FloatArray, rate: float) -> float:
         1.875 for minimum jerk, 1 for constant speed.
     """
     return float(speed.max()) * (speed.size - 1) / rate / path_length(speed, rate)
-
-
-def count_peaks(
-    speed: FloatArray, rate: float, rise: float = PEAK_RISE, spacing: float = PEAK_SPACING
-) -> int:
-    """Count the submovements: maxima that rise enough above the minimum before them.
-
-    Of two such maxima closer than `spacing`, the higher counts. A movement is taken to come from
-    rest, so a profile that starts at its peak has one.
-
-    Parameters
-    ----------
-    speed : array, shape (samples,)
-        m/s, from onset to offset.
-    rate : float
-        Hz.
-    rise : float
-        From the lowest speed since the last peak to the maximum, m/s.
-    spacing : float
-        Between two peaks, s.
-
-    Returns
-    -------
-    int
-        1 for a simple reach; 0 when the speed never reaches `rise`.
-
-    References
-    ----------
-    J NeuroEng Rehabil 18 (2021), 00895-3, "number of movement units".
-    """
-    peaks: list[int] = []
-    for frame in _maxima(speed):
-        lowest = speed[peaks[-1] : frame].min() if peaks else 0.0
-        if speed[frame] - lowest < rise:
-            continue
-        if peaks and frame - peaks[-1] < spacing * rate:
-            peaks[-1] = max(peaks[-1], frame, key=lambda peak: float(speed[peak]))
-        else:
-            peaks.append(frame)
-    return len(peaks)
-
-
-def _maxima(speed: FloatArray) -> list[int]:
-    """Return the first sample of every local maximum, plateaus and both ends included."""
-    changes = np.concatenate([[0], np.flatnonzero(np.diff(speed)) + 1])
-    level = np.concatenate([[-np.inf], speed[changes], [-np.inf]])
-    is_maximum = (level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])
-    return [int(frame) for frame in changes[is_maximum]]
 
 
 def correlation(first: FloatArray, second: FloatArray) -> float:

@@ -8,9 +8,9 @@ from hypothesis.extra.numpy import arrays
 from monalysa.quality import smoothness as oracle
 
 from armsyn.errors import CaptureError, InputError
+from armsyn.motion.peaks import count_peaks
 from armsyn.scoring.profile import (
     correlation,
-    count_peaks,
     minimum_jerk_fit,
     minimum_jerk_speed,
     path_length,
