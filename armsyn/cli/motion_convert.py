@@ -48,12 +48,11 @@ def convert(
     and, with the skeleton, .bvh (cm, y up) and, with --body, .npz.
     """
     from armsyn.errors import InputError
-    from armsyn.motion.formats import read_body, write_body, write_motion
+    from armsyn.motion.formats import write_body, write_motion
 
     reading = read(source, given)
-    left_out: list[str] = []
     if body or out.suffix.lower() == ".bvh":
-        if fill_gaps or resample or landmarks:
+        if any(option is not None for option in (fill_gaps, resample, landmarks)):
             raise InputError(
                 f"{out}: a whole skeleton is written as it is: leave out --fill-gaps, --resample"
                 " and --landmarks, or write its joints' positions without --body"
@@ -61,13 +60,13 @@ def convert(
         if reading.body is None:
             raise InputError(f"{source}: no skeleton in it, only joint angles or landmarks")
         write_body(out, reading.body)
-        written = read_body(out).as_motion()
+        motion = reading.body.as_motion()
+        left_out = _without_markers(reading)
     else:
         motion = _changed(reading, fill_gaps, resample, landmarks)
-        left_out = _left_out(reading, motion, out)
         write_motion(out, motion)
-        written = motion
-    _report(source, out, reading, written, left_out, as_json)
+        left_out = _left_out(reading, motion, out)
+    _report(source, out, reading, motion, left_out, as_json)
 
 
 def _changed(
@@ -100,6 +99,13 @@ def _kept(motion: Motion, names: list[str]) -> Motion:
         landmarks=motion.landmarks[:, columns],
         filled=None if motion.filled is None else motion.filled[:, columns],
     )
+
+
+def _without_markers(reading: Reading) -> list[str]:
+    """Name the markers that a file has beside its skeleton."""
+    assert reading.body is not None  # noqa: S101 - it has just been written
+    names = reading.motion.landmark_names
+    return [] if names == reading.body.skeleton.names else [f"{len(names)} markers"]
 
 
 def _left_out(reading: Reading, motion: Motion, out: Path) -> list[str]:

@@ -30,12 +30,16 @@ def info(
     """Show what is in a motion FILE: rate, joints, landmarks, gaps, glitches.
 
     A file that holds several motions is listed; --take NAME (or FILE#NAME) shows one of them.
+    Frames are counted from 0.
     """
+    from armsyn.errors import InputError
     from armsyn.motion.formats import FORMATS, split_take, takes_in
 
+    if wanted and plot is None:
+        raise InputError("--landmark says what is plotted: give --plot FILE with it")
     path, take = split_take(file)
     takes = takes_in(path)
-    if len(takes) > 1 and not (take or given["take"]):
+    if len(takes) > 1 and plot is None and not (take or given["take"]):
         _show_takes(file, FORMATS[path.suffix.lower()].name, takes, as_json)
         return
     reading = read(file, given)

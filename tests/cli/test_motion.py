@@ -137,6 +137,10 @@ def test_convert_keeps_a_skeleton_when_asked(files: Path) -> None:
     assert read_motion(files / "positions.npz").landmark_names == again.skeleton.names
 
 
+def test_convert_says_which_markers_a_skeleton_leaves_out(files: Path) -> None:
+    assert "left out: 1 markers" in said("convert", files / "golf.npz", files / "out.bvh")
+
+
 @pytest.mark.parametrize(
     ("arguments", "match"),
     [
@@ -145,10 +149,13 @@ def test_convert_keeps_a_skeleton_when_asked(files: Path) -> None:
         (("info", "a.amc"), "a.amc: no skeleton"),
         (("info", "a.bvh", "--unit", "yard"), "unit 'yard'"),
         (("info", "a.bvh", "--rate", "-5"), "rate -5"),
+        (("info", "a.bvh", "--landmark", "hand"), "give --plot"),
+        (("info", "a.mat", "--plot", "a.png"), "holds 2 motions: name one"),
         (("info", "markers.npz", "--up", "z"), "give no options"),
         (("info", "body.npz", "--rate", "9"), "takes no option 'rate'"),
         (("convert", "markers.npz", "a.bvh"), "no skeleton in it"),
         (("convert", "a.bvh", "b.bvh", "--resample", "9"), "written as it is"),
+        (("convert", "a.bvh", "b.bvh", "--fill-gaps", "0"), "written as it is"),
         (("convert", "a.bvh", "b.csv", "--body"), "no skeleton is written as this"),
         (("convert", "a.bvh", "b.c3d"), "use one of .csv, .npz, .trc"),
         (("convert", "a.bvh", "absent/b.csv"), "cannot write it"),

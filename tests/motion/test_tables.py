@@ -39,6 +39,17 @@ def test_headless_tables_with_blanks_and_a_rate(tmp_path: Path) -> None:
     assert motion.time.tolist() == [0, 0.1]
 
 
+def test_joints_alone_are_a_motion(table: tuple[Path, ReadOptions]) -> None:
+    path, options = table
+    assert options.columns is not None
+    options.columns.write_text('delimiter = ";"\nrate = 10\n[joints]\nelbow = "elbow"\n')
+    motion = read_motion(path, options)
+    assert motion.landmarks is None
+    assert motion.angles is not None
+    assert motion.angles[:, 0].tolist() == [0, 10, 20, 30]
+    assert motion.time.tolist() == [0, 0.1, 0.2, 0.3]
+
+
 @pytest.mark.parametrize(
     ("text", "match"),
     [
@@ -130,6 +141,10 @@ def test_options_that_a_format_does_not_hear_are_refused(tmp_path: Path) -> None
         read_motion(tmp_path / "a.csv", ReadOptions(unit="mm"))
     with pytest.raises(FormatError, match="takes no option 'columns'; it takes rate, unit, up"):
         read_motion(tmp_path / "a.bvh", ReadOptions(columns=tmp_path / "c.toml"))
+    with pytest.raises(FormatError, match="no axis up"):
+        read_motion(tmp_path / "a.csv", ReadOptions(joints=Path("human7"), up="z"))
+    with pytest.raises(FormatError, match="not by both"):
+        read_motion(tmp_path / "a.csv", ReadOptions(joints=Path("a"), columns=Path("b")))
     with pytest.raises(FormatError, match="say what its columns are"):
         read_motion(tmp_path / "a.txt")
     for wrong in ({"unit": "yard"}, {"unit": "-1"}, {"rate": 0.0}, {"up": "w"}):

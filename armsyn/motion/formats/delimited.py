@@ -72,6 +72,8 @@ def read(path: Path, options: ReadOptions) -> Reading:
         raise FormatError(f"{path}: read it by a map of columns or by joints, not by both")
     if options.columns:
         return _read_mapped(path, read_columns(options.columns), options)
+    if options.joints and options.up:
+        raise FormatError(f"{path}: a log of joints has no axis up: leave out option 'up'")
     if options.joints:
         return _read_log(path, read_joint_log(options.joints), options)
     if path.suffix.lower() != ".csv":
@@ -88,15 +90,15 @@ def _read_mapped(path: Path, columns: ColumnMap, options: ReadOptions) -> Readin
     rate = options.rate or columns.rate
     if (columns.time is None) == (columns.rate is None):
         raise FormatError(f"{options.columns}: 'time' or 'rate': one of them, not both")
-    timed = [] if options.rate or columns.time is None else [columns.time]
+    timed = [] if rate or columns.time is None else [columns.time]
     marks = [place for places in columns.landmarks.values() for place in places]
     wanted = [*timed, *columns.joints.values()]
     numbers = _read_columns(path, columns, wanted, marks)
-    seconds = _SECONDS[columns.time_unit]
-    time = numbers[:, 0] * seconds if timed else np.arange(len(numbers)) / (rate or 1.0)
+    time = np.arange(len(numbers)) / rate if rate else numbers[:, 0] * _SECONDS[columns.time_unit]
     first = len(wanted)
     unit, up = options.unit or columns.length_unit, options.up or columns.up
-    landmarks = z_up(numbers[:, first:].reshape(len(numbers), -1, 3) * metres(unit), up)
+    positions = numbers[:, first:].reshape(len(numbers), len(columns.landmarks), 3)
+    landmarks = z_up(positions * metres(unit), up)
     angles = numbers[:, len(timed) : first] * RADIANS[columns.angle_unit]
     motion = _motion(path, time, tuple(columns.joints), angles, tuple(columns.landmarks), landmarks)
     facts = {"columns": str(options.columns), "unit": unit, "up": up}
