@@ -26,7 +26,7 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
 @click.option(
     "--movement",
     type=click.IntRange(min=1),
-    help="Which movement of B, in time's order  [default: the largest]",
+    help="Which movement of B, in time's order  [default: the fastest]",
 )
 @click.option(
     "--align",
@@ -102,7 +102,8 @@ def _transform(options: dict[str, Any], joint_map: JointMap) -> BaseTransform | 
     from armsyn.motion.base_transform import fit_base_transform
     from armsyn.scoring.joint_map import mapped
 
-    if set(options["align"]) & {options["captured"], options["other"]}:
+    scored = {Path(options[key]).resolve() for key in ("captured", "other")}
+    if scored & {Path(text).resolve() for text in options["align"]}:
         raise InputError(
             "--align: calibration poses must be others than the motions that are scored: a"
             " transform fitted to a trial hides where it went"
@@ -130,8 +131,8 @@ def _print(found: Score) -> None:
     console.print(distance_table(comparison), likeness_table(found))
     for label, profile in (("A", comparison.captured_profile), ("B", comparison.other_profile)):
         say(f"{label}: moves from {profile.onset:.2f} to {profile.offset:.2f} s")
-    if found.movement is None and found.movements > 1:
-        say(f"B holds {found.movements} movements; the largest counts, --movement N picks another")
+    if found.movements > 1:
+        say(f"B: movement {found.movement} of {found.movements}; --movement N picks another")
     pairs = zip(comparison.landmarks, comparison.other_landmarks, strict=True)
     say("landmarks: " + ", ".join(a if a == b else f"{a} (B: {b})" for a, b in pairs))
     say(f"segments: {segments(comparison)}; alignment: {alignment(comparison)}")

@@ -18,6 +18,11 @@ from armsyn.motion.segmentation import CUT_FRACTION, movement_times
 SAME_LENGTH = 1e-3
 """m; segments that differ by less are taken for the same arm's, and left as they are."""
 
+ANGLES_ALONE = (
+    "only joint angles: scores compare landmark positions; add NAME:x_m, NAME:y_m, NAME:z_m by the"
+    " arm's forward kinematics"
+)
+
 
 class Track(NamedTuple):
     """Landmarks without gaps, sampled in time."""
@@ -99,10 +104,7 @@ def pair_up(captured: Motion, other: Motion) -> Pair:
 def _track(motion: Motion, names: list[str]) -> Track:
     """Keep some landmarks and the end effector, in this order, and check them for gaps."""
     if motion.landmarks is None:
-        raise FormatError(
-            f"{motion.source or 'motion'}: only joint angles: scores compare landmark positions;"
-            " add NAME:x_m, NAME:y_m, NAME:z_m by the arm's forward kinematics"
-        )
+        raise FormatError(f"{motion.source or 'motion'}: {ANGLES_ALONE}")
     kept = (*names, motion.landmark_names[-1])
     landmarks = motion.landmarks[:, [motion.landmark_names.index(name) for name in kept]]
     gaps = np.argwhere(~np.isfinite(landmarks).all(axis=2))

@@ -7,10 +7,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from armsyn.errors import InputError
+import numpy as np
+
+from armsyn.errors import FormatError, InputError
 from armsyn.motion import Motion
 from armsyn.motion.base_transform import BaseTransform
-from armsyn.motion.filtering import CUTOFF
+from armsyn.motion.filtering import CUTOFF, hand_speed
 from armsyn.motion.segmentation import CUT_FRACTION
 from armsyn.scoring.bands import Band, Bands
 from armsyn.scoring.comparison import Comparison, compare
@@ -18,6 +20,7 @@ from armsyn.scoring.floor import HumanFloor, human_floor
 from armsyn.scoring.human_likeness import How, human_likeness
 from armsyn.scoring.joint_map import JointMap, mapped
 from armsyn.scoring.movements import bouts, only_movement
+from armsyn.scoring.pairing import ANGLES_ALONE
 from armsyn.scoring.repeats import repeats_of
 from armsyn.scoring.report import as_dict
 
@@ -37,7 +40,7 @@ class Settings:
     joint_map : tuple of (str, str)
         Landmarks to compare, captured and other's, the hand last; empty for those named alike.
     movement : int or None
-        Which movement of the other, from 1; None for the largest.
+        Which movement of the other, from 1; None for the one of the highest speed.
     bands : Bands or None
         To place both in.
     """
@@ -65,8 +68,8 @@ class Score:
         Distances, and how they were taken.
     movements : int
         That the other's recording holds.
-    movement : int or None
-        The one that was asked for.
+    movement : int
+        The one that is scored, from 1.
     captured_likeness, other_likeness : dict of str to float
         By the keys of `armsyn.scoring.human_likeness.MEASURES`; NaN where not defined.
     how : How
@@ -80,7 +83,7 @@ class Score:
     other: Motion
     comparison: Comparison
     movements: int
-    movement: int | None
+    movement: int
     captured_likeness: dict[str, float]
     other_likeness: dict[str, float]
     how: How
@@ -113,9 +116,7 @@ def score_motions(
     second = mapped(other[1], settings.joint_map, other=True)
     cutoff, fraction = settings.cutoff, settings.fraction
     how = _how_of(settings, max(first.rate, second.rate))
-    recording = second
-    if settings.movement is not None:
-        second = only_movement(second, settings.movement, cutoff=cutoff, fraction=fraction)
+    second, number, held = _one_movement(second, settings)
     if settings.transform is not None:
         second = settings.transform.apply(second)
     comparison = compare(
@@ -137,13 +138,29 @@ def score_motions(
         captured=first,
         other=second,
         comparison=comparison,
-        movements=len(bouts(recording, cutoff=cutoff, fraction=fraction)),
-        movement=settings.movement,
+        movements=held,
+        movement=number,
         captured_likeness=human_likeness(first, how),
         other_likeness=human_likeness(second, how),
         how=how,
         bands=settings.bands,
     )
+
+
+def _one_movement(recording: Motion, settings: Settings) -> tuple[Motion, int, int]:
+    """Return the wanted movement (or the one with the highest speed), its number, and how many."""
+    if recording.landmarks is None:
+        raise FormatError(f"{recording.source or 'motion'}: {ANGLES_ALONE}")
+    found = bouts(recording, cutoff=settings.cutoff, fraction=settings.fraction)
+    number = settings.movement
+    if number is None and len(found) > 1:
+        peak = hand_speed(recording.time, recording.hand, cutoff=settings.cutoff)
+        at = float(peak.time[np.argmax(peak.speed)])
+        number = next(place for place, one in enumerate(found, 1) if at <= one.end)
+    if number is None:
+        return recording, 1, len(found)
+    taken = only_movement(recording, number, cutoff=settings.cutoff, fraction=settings.fraction)
+    return taken, number, len(found)
 
 
 def _how_of(settings: Settings, rate: float) -> How:
