@@ -39,6 +39,13 @@ def test_headless_tables_with_blanks_and_a_rate(tmp_path: Path) -> None:
     assert motion.time.tolist() == [0, 0.1]
 
 
+def test_a_row_of_nothing_but_tabs_is_a_frame_of_gaps(tmp_path: Path) -> None:
+    (tmp_path / "c.toml").write_text('delimiter = "tab"\nrate = 10\n[landmarks]\na = [1, 2, 3]\n')
+    (tmp_path / "t.tsv").write_text("x\ty\tz\n1\t2\t3\n\t\t\n\n1\t2\t4\n")
+    motion = read_motion(tmp_path / "t.tsv", ReadOptions(columns=tmp_path / "c.toml"))
+    assert np.isnan(motion.hand).all(axis=1).tolist() == [False, True, False]
+
+
 def test_joints_alone_are_a_motion(table: tuple[Path, ReadOptions]) -> None:
     path, options = table
     assert options.columns is not None

@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import csv
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 
@@ -46,6 +46,7 @@ from armsyn.motion.motion import FloatArray, Motion
 MOST_COLUMNS = 10_000
 MOST_NUMBERS = 30_000_000
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_STAMPS = ("time", "time_s", "t", "timestamp")
 _DELIMITERS = {"tab": "\t", "space": " "}
 
 
@@ -129,7 +130,7 @@ def _motion(
 
 
 def _read_columns(
-    path: Path, columns: ColumnMap, must: list[Column], may: list[Column]
+    path: Path, columns: ColumnMap, must: Sequence[Column], may: Sequence[Column]
 ) -> FloatArray:
     """Return the wanted columns of every row; cells of `may` may be gaps."""
     with closing(Lines(path)) as lines:
@@ -149,17 +150,13 @@ def _rows(lines: Lines, delimiter: str) -> Iterator[list[str]]:
         yield from (cells for line in lines if (cells := line.split()))
         return
     for line in lines:
-        if not line.strip():
-            continue
+        if not line.strip(" \r\n"):
+            continue  # tabs alone are a row in which everything is missing
         try:
-            yield [
-                cell.strip()
-                for cell in next(
-                    csv.reader([line.rstrip("\r\n")], strict=True, delimiter=delimiter)
-                )
-            ]
+            (cells,) = csv.reader([line.rstrip("\r\n")], strict=True, delimiter=delimiter)
         except csv.Error as error:
             lines.fail(f"not delimited text: {error}")
+        yield [cell.strip() for cell in cells]
 
 
 def _place(lines: Lines, column: Column, headings: list[str]) -> int:
@@ -187,21 +184,13 @@ def _numbers(lines: Lines, rows: Iterator[list[str]], places: list[int], must: i
 
 
 def _read_log(path: Path, log: JointLog, options: ReadOptions) -> Reading:
-    headings = _headings(path)
-    joints = [name for name in log.names if name in headings]
-    stamps = [name for name in headings if name.lower() in ("time", "time_s", "t", "timestamp")]
-    if not joints:
-        raise FormatError(
-            f"{path}: no column is headed by a joint of {options.joints}: {', '.join(log.names)}"
-        )
-    if len(stamps) != 1 and options.rate is None:
-        raise FormatError(f"{path}: {len(stamps)} columns of time (time, time_s, t): say the rate")
+    stamps, joints = _log_columns(path, log, options)
     unit = options.unit or "rad"
     if unit not in RADIANS:
         raise FormatError(f"{path}: joints are told in rad or deg, not in '{unit[:40]}'")
-    columns: list[Column] = [*([] if options.rate else stamps), *joints]
-    numbers = _read_columns(path, ColumnMap(delimiter=_delimiter_of(path)), columns, [])
-    angles = numbers[:, len(columns) - len(joints) :].copy()
+    columns = ColumnMap(delimiter=_delimiter_of(path))
+    numbers = _read_columns(path, columns, [*stamps, *joints], [])
+    angles = numbers[:, len(stamps) :].copy()
     turning = [name not in log.prismatic for name in joints]
     angles[:, turning] *= RADIANS[unit]
     time = np.arange(len(numbers)) / options.rate if options.rate else numbers[:, 0]
@@ -212,6 +201,22 @@ def _read_log(path: Path, log: JointLog, options: ReadOptions) -> Reading:
     if missing:
         facts["not in it"] = ", ".join(missing)
     return Reading(motion, facts)
+
+
+def _log_columns(path: Path, log: JointLog, options: ReadOptions) -> tuple[list[str], list[str]]:
+    """Return the headings of the time, when no rate is told, and of the robot's joints."""
+    headings = _headings(path)
+    joints = [name for name in log.names if name in headings]
+    if not joints:
+        raise FormatError(
+            f"{path}: no column is headed by a joint of {options.joints}: {', '.join(log.names)}"
+        )
+    if options.rate:
+        return [], joints
+    stamps = [name for name in headings if name.lower() in _STAMPS]
+    if len(stamps) != 1:
+        raise FormatError(f"{path}: {len(stamps)} columns of time (time, time_s, t): say the rate")
+    return stamps, joints
 
 
 def _delimiter_of(path: Path) -> str:
