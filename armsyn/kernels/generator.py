@@ -1,14 +1,15 @@
 """Source of a roll-out made for one chain: straight-line, eight lanes at a time.
 
-The plain kernels of ``rollout.py`` serve any chain; a compiler cannot vectorise them. Here the
-chain's numbers are written into the source, what is zero or one vanishes, and the step of a lane
-becomes one run of multiplications and additions that the compiler does for several lanes at once.
-A lane that needs more (a singular value near the cut-off, which takes the general SVD) is marked
-and left to the plain kernel, which is also what every test compares with.
+The kernel of ``plain.py`` serves any chain; a compiler cannot vectorise it. Here the chain's
+numbers are written into the source, what is zero or one vanishes, and the step of a lane becomes
+one run of multiplications and additions that the compiler does for several lanes at once. A lane
+that needs more (a singular value near the cut-off, which takes the general SVD) is marked and
+left to the plain kernel, which is also what every test compares with.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -117,7 +118,7 @@ def rows_of(plan: Plan) -> Rows:
     """
     n, k = plan.dof, plan.sigmoids
     gaps = 3 * len(plan.rows) if plan.output == "gaps" else 0
-    return Rows(*np.cumsum([0, n, n, k, k, 3, 1, 1, gaps]).tolist())
+    return Rows(*itertools.accumulate([0, n, n, k, k, 3, 1, 1, gaps]))
 
 
 def polynomial_ranges(chain: ChainArrays) -> FloatArray:

@@ -20,8 +20,8 @@ from armsyn.kernels.optimisers import OptimiserSettings
 from armsyn.kernels.plain import Synergies, Task, Timing, ramp_value, roll_out
 from armsyn.kernels.types import BoolArray, FloatArray, IntArray
 
-_LEAST_SHARE = 40_000
-"""Steps of lanes that are worth a thread: about a millisecond."""
+_LEAST_SHARE = 20_000
+"""Steps of lanes that are worth a thread: half a millisecond."""
 
 _LEAST_OFFSET = -600.0
 """Below it e^offset, which is carried from frame to frame, is too small to grow again exactly."""
@@ -197,7 +197,8 @@ def _play(
 
 def _parts(frames: IntArray) -> list[tuple[int, int]]:
     """First and last of the blocks that each thread plays, of about equal numbers of frames."""
-    work = np.cumsum(frames) * WIDTH
-    threads = min(numba.get_num_threads(), int(work[-1]) // _LEAST_SHARE, frames.size)
-    inner = np.searchsorted(work, work[-1] * np.arange(1, threads) / max(threads, 1))
+    work = np.cumsum(frames)
+    most = int(work[-1]) * WIDTH // _LEAST_SHARE
+    threads = max(min(numba.get_num_threads(), most, frames.size), 1)
+    inner = np.searchsorted(work, work[-1] * np.arange(1, threads) / threads)
     return list(itertools.pairwise([0, *inner.tolist(), frames.size]))
