@@ -103,6 +103,15 @@ def test_bvh_positions_are_those_of_its_angles(tmp_path: Path) -> None:
     assert reading.facts == {"unit": "cm (assumed)", "up": "y (assumed)"}
 
 
+def test_bvh_of_other_exporters(tmp_path: Path) -> None:
+    text = BVH.replace("Frames: ", "Frames:\t").replace("Time: ", "Time:")
+    text = text.replace("OFFSET 20 0 0\n    }", "OFFSET 20 0 0\n}\nEnd Site {OFFSET 0 5 0}", 1)
+    (tmp_path / "a.bvh").write_bytes(text.replace("\n", "\r\n").encode("utf-8-sig"))
+    motion = read_motion(tmp_path / "a.bvh")
+    assert motion.landmark_names == ("Hips", "Arm", "Arm_end", "Arm_end2")
+    np.testing.assert_allclose(motion.hand[0], [0, 0.1, 1.05])
+
+
 def test_unit_up_and_rate_can_be_told(tmp_path: Path) -> None:
     path = tmp_path / "a.bvh"
     path.write_text(BVH)

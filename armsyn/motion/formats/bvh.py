@@ -24,7 +24,7 @@
 
 Rotations are degrees; a joint's are multiplied in the order of its channels (Z, Y, X is Rz Ry Rx).
 Position channels stand in place of the joint's OFFSET. An End Site becomes a joint of its own that
-never turns, ``PARENT_end``.
+never turns, ``PARENT_end`` (a second one ``PARENT_end2``).
 
 The format states no unit and no axis up: centimetres and y up are assumed and said, unless told
 otherwise. Written files have centimetres, y up, and ZYX rotations.
@@ -60,6 +60,7 @@ class _Joint:
     parent: int
     offset: list[float] = field(default_factory=list)
     channels: list[tuple[str, str]] = field(default_factory=list)
+    is_end: bool = False
 
 
 def read(path: Path, options: ReadOptions) -> Reading:
@@ -141,7 +142,9 @@ def _named(
     if len(joints) == MOST_JOINTS:
         lines.fail(f"more than {MOST_JOINTS} joints")
     if word == "End":
-        return _Joint(f"{joints[above[-1]].name}_end", above[-1])
+        ends = sum(joint.parent == above[-1] and joint.is_end for joint in joints)
+        number = str(ends + 1) if ends else ""
+        return _Joint(f"{joints[above[-1]].name}_end{number}", above[-1], is_end=True)
     if not rest:
         lines.fail(f"{word} without a name")
     return _Joint(" ".join(rest), above[-1] if above else -1)
@@ -165,11 +168,11 @@ def _describe(lines: Lines, joint: _Joint, word: str, rest: list[str]) -> None:
 
 
 def _read_motion(lines: Lines, joints: list[_Joint]) -> tuple[float, FloatArray]:
-    head = lines.next("Frames:").split()
+    head = lines.next("Frames:").replace(":", ": ").split()
     if len(head) != 2 or head[0] != "Frames:":
         lines.fail("'Frames: COUNT' expected")
     frames = lines.whole(head[1], MOST_POSTURES // len(joints))
-    head = lines.next("Frame Time:").split()
+    head = lines.next("Frame Time:").replace(":", ": ").split()
     if len(head) != 3 or head[:2] != ["Frame", "Time:"]:
         lines.fail("'Frame Time: SECONDS' expected")
     (frame_time,) = lines.numbers(head[2:])
