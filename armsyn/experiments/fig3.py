@@ -61,7 +61,7 @@ def run(
             learn_each(
                 load(selection),
                 [(IK, model) for model in MODELS],
-                settings.options(selection),
+                settings,
                 on_progress,
             ).values()
         )

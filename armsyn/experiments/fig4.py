@@ -55,10 +55,7 @@ def run(
         Ctrl-C.
     """
     pairs = [(ik, model) for ik in IKS for model in ("A", "C")]
-    found = [
-        learn_each(load(selection), pairs, settings.options(selection), on_progress)
-        for selection in selections
-    ]
+    found = [learn_each(load(selection), pairs, settings, on_progress) for selection in selections]
     tables = [
         table
         for learned in found

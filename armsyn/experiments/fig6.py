@@ -60,8 +60,7 @@ def run(
     """
     pairs = [(IK, "A"), (IK, "C")]
     found = [
-        tuple(learn_each(load(each), pairs, settings.options(each), on_progress).values())
-        for each in selections
+        tuple(learn_each(load(each), pairs, settings, on_progress).values()) for each in selections
     ]
     pictures, films = [], []
     for raw, synergy in found:

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.experiments.selections import Prepared
+from armsyn.experiments.settings import Settings
 from armsyn.motion.filtering import hand_speed
 from armsyn.motion.resample import interpolate
 from armsyn.scoring import correlation
 from armsyn.synergy.controller import Controller
 from armsyn.synergy.learning import fit
 from armsyn.synergy.models import synergies
-from armsyn.synergy.options import LearningOptions
 from armsyn.synergy.training import Training
 
 FloatArray = NDArray[np.float64]
@@ -112,8 +112,10 @@ def speed(time: FloatArray, hand: FloatArray) -> FloatArray:
 def learn_each(
     prepared: Prepared,
     pairs: Iterable[tuple[str, str]],
-    options: LearningOptions,
+    settings: Settings,
     on_progress: Progress,
+    *,
+    stable: bool = False,
 ) -> dict[tuple[str, str], Learned]:
     """Learn optimisers and models, one set of parameters a reach.
 
@@ -121,10 +123,11 @@ def learn_each(
     ----------
     prepared : Prepared
     pairs : iterable of (ik, model)
-    options : LearningOptions
-        Its frame rate must be the selection's.
+    settings : Settings
     on_progress : callable
         As in `armsyn.synergy.learning.learn`.
+    stable : bool
+        Positive gains instead of the paper's bounds.
 
     Returns
     -------
@@ -141,6 +144,7 @@ def learn_each(
 
     found = {}
     for ik, model in pairs:
+        options = settings.options(prepared, model, stable=stable)
         fitted = fit(prepared.arm, prepared.trainings, ik, model, options, report)
         rate = options.rate_of(ik)
         found[ik, model] = Learned(prepared, ik, model, rate, fitted.parameters, fitted.scores)

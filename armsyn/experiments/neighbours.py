@@ -32,6 +32,7 @@ from armsyn.experiments.serving import SERVES, SERVES_M, Served, serve
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import Report
 from armsyn.motion.captures import load_captures
+from armsyn.scoring.floor import human_floor
 from armsyn.scoring.repeats import repeats_in
 
 IK, MODEL = "svd", "C"
@@ -108,10 +109,9 @@ def _serve_person(
     floors = _floors(reaches, on_progress)
     found = []
     for bounds, stable in BOUNDS.items():
-        options = settings.options(selection, stable=stable)
-        learned = learn_each(prepared, [(IK, MODEL)], options, on_progress)[IK, MODEL]
+        each = learn_each(prepared, [(IK, MODEL)], settings, on_progress, stable=stable)
         stage = f"{selection.title}: used, {bounds} bounds"
-        found.append(serve(bounds, learned, reaches, floors, on_progress, stage))
+        found.append(serve(bounds, each[IK, MODEL], reaches, floors, on_progress, stage))
     return found
 
 
@@ -119,10 +119,11 @@ def _floors(reaches: Prepared, on_progress: Progress) -> dict[str, float]:
     """Human floor of each reach that has repeats among all of its person's reaches, m."""
     if reaches.selection.everything is None:
         return {}
-    repeats = dict(repeats_in(load_captures(reaches.selection.everything)))
+    captures = load_captures(reaches.selection.everything)
+    repeats = dict(repeats_in([(capture.name, capture.motion) for capture in captures]))
     floors = {}
     for number, name in enumerate(reaches.names):
-        floors[name] = repeats[name].floor().distance
+        floors[name] = human_floor(*repeats[name]).distance
         stage = f"{reaches.selection.title}: human floor"
         on_progress(stage, number + 1, len(reaches.names), "")
     return floors

@@ -7,7 +7,7 @@ from typing import Any
 
 from armsyn.experiments.learned import Learned
 from armsyn.experiments.selections import Prepared
-from armsyn.experiments.settings import Settings
+from armsyn.experiments.settings import ROLL_OUTS, Settings
 from armsyn.experiments.tables import Column, Table, Value, centimetres
 from armsyn.synergy.learning import inputs_hash
 
@@ -34,16 +34,15 @@ def made_with(
     -------
     dict
     """
-    options = settings.options(prepared[0].selection)
+    options = settings.options(prepared[0])
     return {
-        "budget": settings.budget,
+        "learner": options.learner,
+        "budget": f"{ROLL_OUTS[settings.budget]} roll-outs a parameter",
         "seed": settings.seed,
         "bounds": "the paper's: gains -5 to 5, slopes 1 to 10 1/s, offsets 0 to 20",
         "lambda_per_s": {ik: options.rate_of(ik) for ik in iks},
         "inputs_sha256": {
-            each.selection.key: inputs_hash(
-                each.arm, each.trainings, settings.options(each.selection)
-            )
+            each.selection.key: inputs_hash(each.arm, each.trainings, settings.options(each))
             for each in prepared
         },
     }

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from armsyn.experiments.selections import Selection
-from armsyn.synergy.annealing import Schedule
+from armsyn.experiments.selections import Prepared
+from armsyn.synergy.models import parameter_names
 from armsyn.synergy.options import LearningOptions
 
 Budget = Literal["small", "full"]
-SCHEDULES: dict[Budget, Schedule] = {
-    "small": Schedule(population=12, generations=40, patience=20, max_generations=60),
-    "full": Schedule(),
-}
-"""small shows that everything works; full is what the figures are made with."""
+ROLL_OUTS: dict[Budget, int] = {"small": 20, "full": 500}
+"""For each parameter of a model, for each reach and optimiser: small shows that everything works,
+full is what the figures are made with."""
 
 
 @dataclass(frozen=True)
@@ -33,24 +31,29 @@ class Settings:
     seed: int = 0
     workers: int | None = None
 
-    def options(self, selection: Selection, *, stable: bool = False) -> LearningOptions:
+    def options(
+        self, prepared: Prepared, model: str = "A", *, stable: bool = False
+    ) -> LearningOptions:
         """Return how synergies of a selection are learned.
 
         Parameters
         ----------
-        selection : Selection
+        prepared : Prepared
+        model : str
+            Whose number of parameters the budget goes by.
         stable : bool
             Positive gains, as arms that move get them, instead of the paper's bounds.
 
         Returns
         -------
         LearningOptions
-            With lambda 6, 60 and 3 per second for SVD, J^T and NJ^T.
+            With lambda 6, 60 and 3 per second for SVD, J^T and NJ^T (10 for SVD when stable).
         """
+        parameters = len(parameter_names(model, prepared.arm.joint_names))
         return LearningOptions(
             stable=stable,
-            rate_hz=selection.rate_hz,
+            rate_hz=prepared.selection.rate_hz,
             seed=self.seed,
             workers=self.workers,
-            schedule=SCHEDULES[self.budget],
+            budget=ROLL_OUTS[self.budget] * parameters,
         )

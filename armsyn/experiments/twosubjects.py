@@ -63,8 +63,7 @@ def run(
     """
     pairs = [(IK, model) for model in MODELS]
     found = [
-        tuple(learn_each(load(each), pairs, settings.options(each), on_progress).values())
-        for each in selections
+        tuple(learn_each(load(each), pairs, settings, on_progress).values()) for each in selections
     ]
     count = sum(len(raw.distances) for raw, _ in found)
     return Report(

@@ -7,16 +7,13 @@ import pytest
 from armsyn.experiments import settings as experiment_settings
 from armsyn.experiments.selections import GARZA, HUG_MP, Selection
 from armsyn.experiments.settings import Settings
-from armsyn.synergy.annealing import Schedule
-
-TINY = Schedule(population=4, generations=4, patience=2, max_generations=6)
 
 
 @pytest.fixture
 def tiny(monkeypatch: pytest.MonkeyPatch) -> Settings:
     """A budget of a few evaluations; what is tested is what is written, not how good it is."""
-    monkeypatch.setitem(experiment_settings.SCHEDULES, "small", TINY)
-    return Settings(budget="small", seed=3)
+    monkeypatch.setitem(experiment_settings.ROLL_OUTS, "small", 8)
+    return Settings(budget="small", seed=3, workers=1)
 
 
 @pytest.fixture

@@ -25,6 +25,7 @@ from armsyn.experiments.serving import Served, fewest_sets, serve
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import write
 from armsyn.motion.captures import load_captures
+from armsyn.scoring.floor import human_floor
 from armsyn.scoring.repeats import repeats_of
 from tests.experiments.conftest import silent
 
@@ -129,7 +130,7 @@ def test_a_captured_motion_that_is_played_as_it_was_has_no_distance(
             held = round(longer * training.time.size) - training.time.size
             return np.concatenate([training.landmarks, training.landmarks[-1:].repeat(held, 0)])
 
-    learned = learn_each(prepared, [("svd", "C")], tiny.options(prepared.selection), silent)
+    learned = learn_each(prepared, [("svd", "C")], tiny, silent)
     copy = {f.name: getattr(learned["svd", "C"], f.name) for f in dataclasses.fields(Learned)}
     served = serve("made", Repeated(**copy), prepared, {}, silent, "used")
     np.testing.assert_allclose(served.distances, 0, atol=1e-3)
@@ -152,7 +153,7 @@ def test_the_whole_experiment_sets_floors_of_scoring_beside_it(
     for name in reaches.names:
         repeats = repeats_of(name)
         assert repeats is not None
-        floors.append((name.endswith("R-1"), repeats.floor().distance))
+        floors.append((name.endswith("R-1"), human_floor(*repeats).distance))
     expected = np.mean([floor for is_first, floor in floors if is_first])
     same, *_ = (row for row in tables["Every set on every target"] if row["target"] == "R-1")
     assert same["learned_from"] == "hug_mp:S01:1.1.1:R-1"
