@@ -22,7 +22,16 @@ from armsyn.scoring.floor import human_floor
 from armsyn.scoring.repeats import repeats_in
 
 pytestmark = pytest.mark.usefixtures("captures")
-TARGETS = ("R-1", "R-2", "R-3", "R-4", "R-9", "R-10", "R-11")
+PAIRS = {
+    "1.1.1:R-1": "3.1.1:R-1",
+    "1.2.1:R-2": "7.2.1:R-2",
+    "1.4.3:R-3": "3.4.3:R-3",
+    "1.1.4:R-4": "4.1.4:R-4",
+    "1.2.4:R-9": "7.2.4:R-9",
+    "1.3.1:R-10": "10.3.1:R-10",
+    "1.3.4:R-11": "2.3.4:R-11",
+}
+"""The first reach of S01 to each target, and the nearest to it (held distance) of its repeats."""
 
 
 @cache
@@ -39,14 +48,8 @@ def held(captured: Motion, other: Motion) -> float:
     return compare(captured, other).held_distance
 
 
-@cache
 def pairs() -> list[tuple[Motion, Motion]]:
-    """Return the first reach to each target with the repeat that is nearest to it."""
-    found = []
-    for target in TARGETS:
-        captured, *others = [m for name, m in reaches().items() if name.endswith(f":{target}")]
-        found.append((captured, min(others, key=lambda other: held(captured, other))))
-    return found
+    return [tuple(reaches()[f"hug_mp:S01:{name}"] for name in pair) for pair in PAIRS.items()]  # type: ignore[misc]
 
 
 def test_a_reach_run_backwards_loses() -> None:
