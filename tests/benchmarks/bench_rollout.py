@@ -2,8 +2,8 @@
 
 The loop's calls are fixed here: per step one ``pin.computeFrameJacobian``, the tip's translation,
 ``J J^T`` solved by numpy, gains, sigmoid and clip; nothing is validated or allocated beyond that.
-All rows are timed in turn, in rounds, in one run. The least time of each counts: what else the
-machine does can only add to it.
+All rows are timed in turn, in rounds, in one run. The least time of each counts, and for what runs
+on one core the time of its thread: what else the machine does can only add to either.
 """
 
 from __future__ import annotations
@@ -87,34 +87,39 @@ def peak_of_multiply_add() -> Callable[[], object]:
     return lambda: peak(state, 0.5, 1_000)
 
 
-def timed(call: Callable[[], object], repeats: int = 1) -> float:
+def timed(
+    call: Callable[[], object], repeats: int = 1, clock: Callable[[], float] = time.thread_time
+) -> float:
     """Seconds that one call takes, over a few in a row."""
-    began = time.perf_counter()
+    began = clock()
     for _ in range(repeats):
         call()
-    return (time.perf_counter() - began) / repeats
+    return (clock() - began) / repeats
 
 
 def with_cores(cores: int, call: Callable[[], object]) -> float:
     """Seconds that a call takes on as many cores."""
     everything = numba.get_num_threads()
     numba.set_num_threads(min(cores, everything))
-    seconds = timed(call)
+    seconds = timed(call, clock=time.thread_time if cores == 1 else time.perf_counter)
     numba.set_num_threads(everything)
     return seconds
 
 
 def rival_rows(problem: rivals.Problem, last: np.ndarray) -> list[tuple[str, float | str]]:
     """Return seconds a step and lane of each rival that is installed, or why there are none."""
-    few = 3
+    few = 5
 
-    def played(make: Callable[[rivals.Problem], Callable[[], np.ndarray]]) -> float:
+    def played(
+        make: Callable[[rivals.Problem], Callable[[], np.ndarray]],
+        clock: Callable[[], float] = time.thread_time,
+    ) -> float:
         play = make(problem)
         q = play()
         apart = np.abs(q - last).max()
         if apart > 1e-9:
             raise AssertionError(f"plays another motion: {apart:g} rad apart")
-        return min(timed(play) for _ in range(few)) / (STEPS - 1) / q.shape[0]
+        return min(timed(play, clock=clock) for _ in range(few)) / (STEPS - 1) / q.shape[0]
 
     def ikpy(problem: rivals.Problem) -> float:
         with tempfile.TemporaryDirectory() as folder:
@@ -124,7 +129,7 @@ def rival_rows(problem: rivals.Problem, last: np.ndarray) -> list[tuple[str, flo
     rows: list[tuple[str, float | str]] = []
     for name, measure in (
         (f"numpy, {LANES} lanes", lambda: played(rivals.numpy_lanes)),
-        (f"JAX, {LANES} lanes, all cores", lambda: played(rivals.jax_lanes)),
+        (f"JAX, {LANES} lanes, all cores", lambda: played(rivals.jax_lanes, time.perf_counter)),
         ("placo, a step of its solver", lambda: rivals.placo_step(problem)),
         ("roboticstoolbox, Python loop", lambda: played(rivals.toolbox_loop)),
         ("ikpy, one whole IK", lambda: ikpy(problem)),
