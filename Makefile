@@ -27,7 +27,7 @@ lint: $(VENV)/.test  ## style and types
 	$(BIN)/mypy
 
 bench: $(VENV)/.test  ## speed, memory and success rates, side by side in one run
-	@status=0; for bench in rollout bus stream simulator ik formats memory; do \
+	@status=0; for bench in rollout learning bus stream simulator ik formats memory; do \
 		echo; $(BIN)/python tests/benchmarks/bench_$$bench.py || status=1; done; exit $$status
 
 soak: $(VENV)/.run  ## a million bus cycles on simulated servos while things go wrong (ten minutes)
@@ -40,14 +40,14 @@ fuzz: $(VENV)/.run  ## hostile bytes against simulated servos, for MINUTES=30
 reaches: $(VENV)/.run  ## twenty random targets on the simulated arm, with and without synergy
 	$(BIN)/python tests/benchmarks/random_reaches.py
 
-GARZA := --captures garza:all --generations 150 \
+GARZA := --captures garza:all --learner annealing --generations 150 \
 	--model C --model A --model B --model D --ik svd --ik jt --ik njt --ik dls
 learn: $(VENV)/.run  ## learn the arms' synergies anew (needs the captures; half an hour)
 	$(BIN)/armsyn learn --arm human7 $(GARZA) --out calibration/human7.synergies.json
 	$(BIN)/armsyn learn --arm openmanipulator_x $(GARZA) --out calibration/openmanipulator_x.synergies.json
 	$(BIN)/armsyn learn --arm koch $(GARZA) --out calibration/koch.synergies.json
 	@for arm in widowx_250s viperx_300s reachy_right; do \
-		$(BIN)/armsyn learn --arm $$arm --captures garza:all --generations 150 --model C --model A \
+		$(BIN)/armsyn learn --arm $$arm --captures garza:all --learner annealing --generations 150 --model C --model A \
 			--ik svd --ik dls --out calibration/$$arm.synergies.json || exit 1; done
 
 clean:  ## remove what make made

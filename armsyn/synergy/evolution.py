@@ -92,7 +92,9 @@ def evolve(evaluator: Evaluator, generator: Generator) -> Candidates:
     """
     problem = evaluator.problem
     members = max(5, min(4 * problem.lower.size, evaluator.left // 8))
-    shares = generator.random((members, problem.lower.size))
+    shares = generator.random((min(members, evaluator.left), problem.lower.size))
+    if evaluator.left < 2 * members:  # no second generation
+        return Candidates(problem.at(shares), evaluator.scores(problem.at(shares)))
 
     def distances(columns: FloatArray) -> FloatArray:
         return evaluator.scores(problem.at(columns.T))

@@ -12,9 +12,13 @@ import pytest
 
 from armsyn.arm import load_arm
 from armsyn.kinematics import SerialChain
+from armsyn.motion.captures import load_captures
 from armsyn.synergy import Controller, synergies
 from armsyn.synergy.controller import ARM_RATES
+from armsyn.synergy.learning import fit
 from armsyn.synergy.models import parameter_bounds
+from armsyn.synergy.options import LearningOptions
+from armsyn.synergy.training import prepare
 from tests.kinematics.oracle import Oracle, random_posture
 
 DT = 0.01
@@ -115,3 +119,24 @@ def test_motions_with_negative_gains_may_leave(chain: SerialChain) -> None:
         began = np.linalg.norm(rolled.positions[0, -1] - target)
         left += rolled.distance > max(0.05, 0.5 * began)
     assert left > 25
+
+
+@pytest.mark.parametrize("model", ["C", "D"])
+@pytest.mark.usefixtures("captures")
+def test_learned_motions_run_on_for_three_seconds_stay_at_their_target(model: str) -> None:
+    """Captured reaches, each with its own positive gains, played beyond the capture's end."""
+    arm, options = load_arm("hug_mp4"), LearningOptions(stable=True, budget=150)
+    trainings = [prepare(arm, capture, 120.0) for capture in load_captures("hug_mp:S01")[:7]]
+    fits = fit(arm, trainings, "svd", model, options)
+    for training, parameters in zip(trainings, fits.parameters, strict=True):
+        assert min(parameters[: arm.chain.dof]) >= 0.25
+        rolled = Controller(arm.chain, "svd", options.rate_of("svd")).synthesize(
+            training.start,
+            training.target,
+            synergies(model, arm.chain.dof, parameters),
+            dt=1 / 120,
+            frames=training.time.size + 360,
+        )
+        errors = np.linalg.norm(rolled.positions[-360:, -1] - training.target, axis=1)
+        assert errors[-1] < 1e-3
+        assert errors.argmax() < 120  # what is left when the capture ends only shrinks
