@@ -25,15 +25,17 @@ class _Cutoff(click.ParamType[float | None]):
         return cutoff
 
 
+cutoff_option = click.option(
+    "--cutoff",
+    type=_Cutoff(),
+    default="6",
+    show_default=True,
+    help="Of the zero-lag Butterworth low-pass on positions, the same for all.",
+)
+
+
 def measuring_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add ``--cutoff`` and ``--cut``, as `cutoff` (Hz or None) and `cut` (a fraction)."""
-    cutoff = click.option(
-        "--cutoff",
-        type=_Cutoff(),
-        default="6",
-        show_default=True,
-        help="Of the zero-lag Butterworth low-pass on positions, the same for all.",
-    )
     cut = click.option(
         "--cut",
         type=click.FloatRange(min=0, max=1, max_open=True),
@@ -41,4 +43,4 @@ def measuring_options(command: Callable[..., Any]) -> Callable[..., Any]:
         show_default=True,
         help="Share of the peak speed at which a movement begins and ends.",
     )
-    return cutoff(cut(command))
+    return cutoff_option(cut(command))

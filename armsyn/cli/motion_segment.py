@@ -1,0 +1,213 @@
+"""`armsyn motion segment`: the movements that motions hold, and which are usable reaches."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from armsyn.cli.measuring import cutoff_option
+from armsyn.cli.motion_options import reading_options
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from armsyn.motion import Motion
+    from armsyn.motion.movements import Movement, ReachRule
+
+
+@click.command()
+@click.argument("source", metavar="FILE|SET")
+@click.option(
+    "--threshold",
+    type=click.FloatRange(0, 1, max_open=True),
+    default=0.05,
+    show_default=True,
+    help="Share of a movement's peak speed at which it begins and ends.",
+)
+@click.option(
+    "--landmark",
+    metavar="NAME[+NAME]",
+    help="Whose speed counts; A+B is the middle of both.  [default: hand, or a recording's last]",
+)
+@cutoff_option
+@click.option("--least", type=float, default=0.25, show_default=True, help="m, that a reach spans.")
+@click.option(
+    "--peaks",
+    type=click.IntRange(min=1),
+    default=2,
+    show_default=True,
+    help="Most speed peaks of a reach that stand out by a tenth of the highest.",
+)
+@reading_options
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Write every usable reach there as an .npz file.",
+)
+@click.option(
+    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="Plot speeds and movements."
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def segment(source: str, **options: Any) -> None:
+    """Find the movements in motions, and say which are usable reaches.
+
+    All takes of FILE are searched (FILE#TAKE or --take NAME: one), or a SET of captures, such as
+    garza:all.
+
+    A movement begins and ends where the hand's filtered speed crosses --threshold of that
+    movement's peak; two are parted by a rest of 0.15 s, or where the hand turns back. What moves
+    the hand by less than a tenth of the longest movement's path is none.
+
+    A movement is a usable reach when it spans --least metres, has no more than --peaks speed peaks,
+    begins below 0.25 and ends below 0.15 of its peak speed, and no landmark has a gap in it; else
+    the reason stands beside it. Frames count from 0: the last at or before the onset, the first at
+    or after the offset.
+    """
+    from armsyn.cli.motion_takes import all_takes
+    from armsyn.errors import InputError
+    from armsyn.motion.movements import ReachRule, find_movements
+    from armsyn.motion.points import hand_of, position_of
+
+    rule = ReachRule(displacement=options["least"], peaks=options["peaks"])
+    takes = all_takes(source, options)
+    if options["plot"] is not None and len(takes) > 1:
+        raise InputError(f"{source}: {len(takes)} motions in it; --plot shows one: name it")
+    rows, hands = [], set()
+    for take in takes:
+        hand = options["landmark"] or hand_of(take.motion, hand_last=take.hand_last)
+        hands.add(hand)
+        positions = position_of(take.motion, hand)
+        found = find_movements(
+            take.motion.time,
+            positions,
+            fraction=options["threshold"],
+            cutoff=options["cutoff"],
+        )
+        rows += [
+            _Row(take.name, take.motion, number, movement, rule)
+            for number, movement in enumerate(found, 1)
+        ]
+    if options["plot"] is not None:
+        from armsyn.cli.motion_segment_plot import plot_movements
+
+        named = [(row.movement, row.fault) for row in rows]
+        plot_movements(options["plot"], source, takes[0].motion.time, positions, named, options)
+    written = _write(options["out"], rows)
+    _report(source, rows, options, hands, written)
+
+
+class _Row:
+    """A movement as it is reported."""
+
+    def __init__(
+        self, name: str, motion: Motion, number: int, movement: Movement, rule: ReachRule
+    ) -> None:
+        self.name, self.motion, self.number, self.movement = name, motion, number, movement
+        self.fault = rule.fault(movement, motion)
+
+    def as_dict(self) -> dict[str, Any]:
+        one = self.movement
+        return {
+            **{"motion": self.name, "number": self.number},
+            **{"onset_s": one.onset, "offset_s": one.offset, "duration_s": one.duration},
+            **{"first_frame": one.first, "last_frame": one.last},
+            **{"displacement_m": one.displacement, "path_m": one.path},
+            **{"peak_speed_m_s": one.peak_speed, "time_to_peak": one.time_to_peak},
+            **{"speed_peaks": one.peaks, "prominent_peaks": one.prominent_peaks},
+            **{"onset_speed_fraction": one.onset_fraction},
+            **{"offset_speed_fraction": one.offset_fraction},
+            **{"usable": not self.fault, "reason": self.fault or None},
+        }
+
+
+def _write(folder: Path | None, rows: list[_Row]) -> list[str]:
+    if folder is None:
+        return []
+    from armsyn.errors import InputError
+    from armsyn.motion.formats import write_motion
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot make the folder: {error.strerror}") from error
+    written = []
+    for row in rows:
+        if not row.fault:
+            path = folder / f"{_file_name(row.name)}-{row.number}.npz"
+            write_motion(path, row.motion.between(row.movement.first, row.movement.last))
+            written.append(str(path))
+    return written
+
+
+def _file_name(name: str) -> str:
+    """Of a take or a selection, without what a path could stumble over."""
+    last = name.rsplit("/", maxsplit=1)[-1]
+    return "".join(letter if letter.isalnum() or letter in "._-" else "-" for letter in last)
+
+
+def _report(
+    source: str, rows: list[_Row], options: dict[str, Any], hands: set[str], written: list[str]
+) -> None:
+    usable = sum(not row.fault for row in rows)
+    if options["as_json"]:
+        import json
+
+        document = {
+            "source": source,
+            "landmark": sorted(hands),
+            "threshold": options["threshold"],
+            "cutoff_hz": options["cutoff"],
+            "movements": [row.as_dict() for row in rows],
+            "usable": usable,
+            "written": written,
+        }
+        click.echo(json.dumps(document, indent=2, allow_nan=False))
+        return
+    from rich.console import Console
+
+    # A file or a pipe has no width: let no name be folded there
+    console = Console() if Console().is_terminal else Console(width=160)
+    console.print(_table(rows))
+    for row in rows:
+        if row.fault:
+            text = f"{_short(row.name)} movement {row.number} is not usable: {row.fault}"
+            console.print(text, highlight=False, markup=False, soft_wrap=True)
+    cutoff = "unfiltered" if options["cutoff"] is None else f"low-pass {options['cutoff']:g} Hz"
+    console.print(
+        f"{usable} of {len(rows)} movements are usable reaches; speed of"
+        f" {', '.join(sorted(hands))}, {cutoff}, cut at {options['threshold']:g} of each peak",
+        highlight=False,
+        markup=False,
+        soft_wrap=True,
+    )
+    if written:
+        console.print(f"wrote {len(written)} files to {options['out']}", highlight=False)
+
+
+def _short(name: str) -> str:
+    """Of a take its own name: the file's is known to who named it."""
+    return name.rsplit("/", maxsplit=1)[-1].rsplit("#", maxsplit=1)[-1]
+
+
+def _table(rows: list[_Row]) -> Table:
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    several = len({row.name for row in rows}) > 1
+    if several:
+        table.add_column("motion", overflow="fold")
+    for head in ("#", "frames", "from s", "to s", "span m", "peak m/s", "at", "peaks", "usable"):
+        table.add_column(head, justify="right", no_wrap=True)
+    for row in rows:
+        one = row.movement
+        cells = [_short(row.name)] if several else []
+        table.add_row(
+            *cells,
+            *(str(row.number), f"{one.first}-{one.last}", f"{one.onset:.2f}", f"{one.offset:.2f}"),
+            *(f"{one.displacement:.3f}", f"{one.peak_speed:.2f}", f"{one.time_to_peak:.2f}"),
+            *(str(one.peaks), "no" if row.fault else "yes"),
+        )
+    return table

@@ -1,0 +1,85 @@
+"""`armsyn motion segment`: what it says, writes and refuses."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from armsyn.motion import Motion
+from armsyn.motion.formats import read_motion, write_motion
+from tests.cli.commands import Outcome
+
+Call = Callable[..., Outcome]
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    """A reach of 0.4 m, 1 s of rest, its way back, and one of 0.1 m."""
+    phase = np.linspace(0, 1, 101)
+    reach = 10 * phase**3 - 15 * phase**4 + 6 * phase**5
+    along = np.concatenate(
+        [
+            *(np.zeros(50), 0.4 * reach, np.full(100, 0.4), 0.4 * reach[::-1], np.zeros(100)),
+            *(0.1 * reach, np.full(50, 0.1)),
+        ]
+    )
+    landmarks = np.zeros((along.size, 2, 3))
+    landmarks[:, 1, 0] = along
+    landmarks[:, 0, 2] = 0.3
+    motion = Motion(
+        np.arange(along.size) / 100, landmark_names=("elbow", "hand"), landmarks=landmarks
+    )
+    write_motion(tmp_path / "made.csv", motion)
+    return tmp_path / "made.csv"
+
+
+def test_movements_and_reasons(call: Call, recording: Path, tmp_path: Path) -> None:
+    out, plot = tmp_path / "out", tmp_path / "speed.png"
+    outcome = call("motion", "segment", recording, "--json", "--out", out, "--plot", plot)
+    assert outcome.status == 0, outcome.err
+    document = outcome.document
+    first, back, small = document["movements"]
+    assert first["onset_s"] == pytest.approx(0.56, abs=0.02)
+    assert first["duration_s"] == pytest.approx(0.881, abs=0.03)
+    assert [one["usable"] for one in (first, back, small)] == [True, True, False]
+    assert small["reason"] == "0.100 m from onset to offset, under 0.25"
+    assert (document["usable"], document["landmark"]) == (2, ["hand"])
+    assert plot.stat().st_size > 10_000
+    assert document["written"] == [str(out / "made.csv-1.npz"), str(out / "made.csv-2.npz")]
+    cut = read_motion(out / "made.csv-1.npz")
+    assert cut.frames == first["last_frame"] - first["first_frame"] + 1
+    assert np.ptp(cut.hand[:, 0]) == pytest.approx(0.4, abs=0.01)
+
+
+def test_options_reach_the_search(call: Call, recording: Path) -> None:
+    everything = call("motion", "segment", recording, "--least", "0.05").out
+    assert "3 of 3 movements are usable" in everything
+    wide = call("motion", "segment", recording, "--json", "--threshold", "0.3").document
+    narrow = call("motion", "segment", recording, "--json").document
+    assert wide["movements"][0]["duration_s"] < narrow["movements"][0]["duration_s"]
+
+
+def test_refusals(call: Call, recording: Path, tmp_path: Path) -> None:
+    call("motion", "segment", recording, "--landmark", "toe").refused(2, "toe", "elbow, hand")
+    call("motion", "segment", recording, "--landmark", "elbow").refused(2, "does not move")
+    call("motion", "segment", tmp_path / "none.csv").refused(2, "none.csv")
+    call("motion", "segment", recording, "--threshold", "1").refused(2, "threshold")
+    call("motion", "segment", recording, "--out", recording).refused(2, "made.csv")
+    call("motion", "segment", recording, "--plot", tmp_path / "x.nothing").refused(2, "plot")
+
+
+def test_a_set_of_captures_and_all_takes(call: Call, captures: Path) -> None:
+    reach = call("motion", "segment", "garza:ForwardHigh", "--json").document
+    assert [one["motion"] for one in reach["movements"]] == ["garza:ForwardHigh"]
+    whole = call(
+        *("motion", "segment", captures / "reach" / "garza" / "reach.npz"),
+        *("--landmark", "JtWristRt", "--json"),
+    ).document
+    assert len({one["motion"] for one in whole["movements"]}) == 35
+    ulema = captures / "reach" / "ulema" / "HTH1.c3d"
+    call("motion", "segment", ulema).refused(2, "which of its landmarks is the hand")
+    middle = call("motion", "segment", ulema, "--landmark", "LRS+LUS", "--json").document
+    assert len(middle["movements"]) == 8
+    call("motion", "segment", "garza:all", "--plot", "x.png").refused(2, "70 motions")
+    call("motion", "segment", "garza:all", "--rate", "100").refused(2, "options")
