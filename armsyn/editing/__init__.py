@@ -17,7 +17,7 @@ from armsyn.editing.constraints import (
     Orientation,
     Pin,
 )
-from armsyn.editing.editor import edit_in_joint_space, edit_motion
+from armsyn.editing.editor import Editor, edit_in_joint_space, edit_motion
 from armsyn.editing.figure import ChainFigure, Clip, Effector, Figure, SkeletonFigure, figure_of
 from armsyn.editing.pattern.files import load_model, save_model
 from armsyn.editing.pattern.learning import learn_model
@@ -32,6 +32,7 @@ __all__ = [
     "Clip",
     "Constraint",
     "EditResult",
+    "Editor",
     "Effector",
     "Figure",
     "Key",

@@ -4,10 +4,12 @@
 ``garza``, ``garza:NAME``        the 35 reaches, or one, from rest to a target
 ``garza:return``, ``garza:all``  the ways back; both
 ``jump``, ``jump:NAME``          the 24 standing jumps, or one; the apex at 60 % of the time
-``golf``, ``golf:3``             the 13 swings, or one; the ball is hit at 94/131 of the time
+``golf``, ``golf:3``             the 12 whole swings, or one; the ball is hit at 94/131 of the time
 ================================ ==========================================================
 
-Several are joined by commas.
+Several are joined by commas. Frames that the captures' notes call glitches are left out of the
+swings, which leaves a longer step of time there; swing 11 has no whole follow-through (its left
+arm flips from frame 321) and is not in the set.
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+
 from armsyn.errors import CaptureError, FormatError
 from armsyn.motion.body import BodyMotion
 from armsyn.motion.captures import captures_folder
@@ -27,6 +31,8 @@ JUMP_APEX = 15 / 25
 """Of the time: frame 15 of 26 (second paper, section 7), counted from 0."""
 GOLF_HIT = 94 / 131
 """Of the time: frame 94 of 132 (second paper, section 7), counted from 0."""
+_GLITCHES = {"3": (104, 105, 106), "7": (45, 46, 47), "10": (88, 89, 90)}
+_NO_FOLLOW_THROUGH = "11"
 Row = dict[str, str]
 
 
@@ -81,7 +87,7 @@ def _garza(part: str) -> list[BodyMotion]:
 
 
 def _ends(row: Row) -> tuple[int, int]:
-    return int(row["start_frame"]), int(row["end_frame"])
+    return _number(row, "start_frame"), _number(row, "end_frame")
 
 
 def _jump(part: str) -> list[BodyMotion]:
@@ -92,22 +98,43 @@ def _jump(part: str) -> list[BodyMotion]:
         take = row["file"].removesuffix(".skm")
         name = take.rpartition("_")[2].removesuffix("01")
         if part in ("", name):
-            apex, first = int(row["apex_frame"]), int(row["window_start"])
+            apex, first = _number(row, "apex_frame"), _number(row, "window_start")
             last = round(first + (apex - first) / JUMP_APEX)
             found.append(_cut("jump/garza/jump.npz", take, f"jump:{name}", first, last))
     return found
 
 
 def _golf(part: str) -> list[BodyMotion]:
+    if part == _NO_FOLLOW_THROUGH:
+        raise CaptureError(f"golf:{part}: its left arm flips after frame 320: no whole swing")
     found = []
     for row in _rows("golf.csv"):
         number = row["file"]
-        if row["dataset"] == "gears" and part in ("", number):
-            hit, first = int(row["club_peak_frame"]), int(row["takeaway_frame"])
+        if number != _NO_FOLLOW_THROUGH and row["dataset"] == "gears" and part in ("", number):
+            hit, first = _number(row, "club_peak_frame"), _number(row, "takeaway_frame")
             last = round(first + (hit - first) / GOLF_HIT)
-            take = f"swing{int(number):02d}"
-            found.append(_cut("golf/gears.npz", take, f"golf:{number}", first, last))
+            body = _cut("golf/gears.npz", f"swing{int(number):02d}", f"golf:{number}", first, last)
+            found.append(_without(body, [frame - first for frame in _GLITCHES.get(number, ())]))
     return found
+
+
+def _number(row: Row, column: str) -> int:
+    try:
+        return round(float(row[column]))
+    except (KeyError, ValueError) as error:
+        raise FormatError(f"table of segments: no frame in '{column}': {row}") from error
+
+
+def _without(body: BodyMotion, frames: list[int]) -> BodyMotion:
+    kept = np.delete(np.arange(body.frames), frames)
+    moved = body.translations
+    return dataclasses.replace(
+        body,
+        time=body.time[kept],
+        root=body.root[kept],
+        rotations=body.rotations[kept],
+        translations=None if moved is None else moved[kept],
+    )
 
 
 @cache

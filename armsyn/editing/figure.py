@@ -118,18 +118,18 @@ class SkeletonFigure(Figure):
         return np.concatenate([part.reshape(clip.frames, -1) for part in parts], axis=1)
 
     def with_poses(self, clip: Clip, poses: FloatArray) -> Clip:
-        """Return the body's motion with other poses, on its own skeleton."""
+        """Return the body's motion with other poses, on the figure's skeleton."""
         if not isinstance(clip, BodyMotion):
             raise PatternError(f"{clip.source or 'motion'}: has no skeleton, but the pattern does")
-        count = self.skeleton.joints
-        translations = clip.translations
-        change = (poses - self.poses(clip))[:, 3 + 3 * count :]
-        if change.any():
-            moved = np.zeros_like(clip.rotations) if translations is None else translations.copy()
-            moved[:, self.moving] += change.reshape(clip.frames, -1, 3)
-            translations = moved
+        if np.array_equal(poses, self.poses(clip)):
+            return clip
+        count, translations = self.skeleton.joints, None
+        if self.moving:
+            translations = np.zeros((clip.frames, count, 3))
+            translations[:, self.moving] = poses[:, 3 + 3 * count :].reshape(clip.frames, -1, 3)
         return dataclasses.replace(
             clip,
+            skeleton=self.skeleton,
             root=poses[:, :3],
             rotations=poses[:, 3 : 3 + 3 * count].reshape(clip.frames, count, 3),
             translations=translations,

@@ -14,8 +14,10 @@ from armsyn.kinematics.skeleton import Skeleton
 from armsyn.motion.body import BodyMotion
 
 FloatArray = NDArray[np.float64]
-SAME_M = 1e-4
-"""What offsets of one skeleton may differ by, m (archives hold single precision)."""
+SOFT_M = 1e-3
+"""A joint of a soft skeleton that departs from its offset by more than this translates, m."""
+SAME_M = 5e-3
+"""What rigid offsets of one skeleton may differ by, m: a person's bones, fitted for each take."""
 _SAME_TURN = 1e-4
 
 
@@ -68,7 +70,8 @@ def moving_joints(clips: list[BodyMotion], skeleton: Skeleton) -> tuple[int, ...
     for clip in clips:
         check_same(clip, skeleton)
         if clip.translations is not None:
-            moved = np.abs(clip.translations).max(axis=(0, 2)) > SAME_M
+            apart = clip.skeleton.offsets - skeleton.offsets
+            moved = np.abs(clip.translations + apart).max(axis=(0, 2)) > SOFT_M
             moving |= set(np.flatnonzero(moved).tolist())
     return tuple(sorted(moving - {0}))
 

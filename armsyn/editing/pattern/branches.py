@@ -28,13 +28,19 @@ def nearest_branch(w: FloatArray, reference: FloatArray) -> FloatArray:
     array, shape (..., 3)
         rad; `w` itself, to the bit, where it is the nearest already.
     """
-    angle = np.linalg.norm(w, axis=-1, keepdims=True)
-    length = np.linalg.norm(reference, axis=-1, keepdims=True)
+    axis, turns = _whole_turns(w, reference)
+    return np.where(turns == 0.0, w, w + turns * _TURN * axis)
+
+
+def _whole_turns(w: FloatArray, reference: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Axes, and how many turns about them lead from w to nearest the reference."""
+    angle = np.sqrt(np.sum(w * w, axis=-1, keepdims=True))
+    length = np.sqrt(np.sum(reference * reference, axis=-1, keepdims=True))
     axis = np.divide(w, angle, out=np.zeros_like(w), where=angle > _NO_AXIS)
     other = np.divide(reference, length, out=np.zeros_like(w), where=length > _NO_AXIS)
     axis = np.where(angle > _NO_AXIS, axis, other)
     turns = np.round((np.sum(axis * reference, axis=-1, keepdims=True) - angle) / _TURN)
-    return np.where(turns == 0.0, w, w + turns * _TURN * axis)
+    return axis, turns
 
 
 def unwrapped(w: FloatArray, first: FloatArray | None = None) -> FloatArray:
@@ -53,21 +59,26 @@ def unwrapped(w: FloatArray, first: FloatArray | None = None) -> FloatArray:
         rad, each frame on the branch nearest to the frame before.
     """
     path = np.array(w)
-    before = path[0] if first is None else first
-    for frame in range(len(path)):
-        path[frame] = nearest_branch(path[frame], before)
-        before = path[frame]
-    return path
+    if first is not None:
+        path[0] = nearest_branch(path[0], first)
+    while True:
+        _, turns = _whole_turns(path[1:], path[:-1])
+        jumps = np.flatnonzero(turns.reshape(len(turns), -1).any(axis=-1))
+        if not jumps.size:
+            return path
+        # Most paths have no jump at all; after one, the next frames tend to jump as well
+        for frame in range(int(jumps[0]) + 1, len(path)):
+            path[frame] = nearest_branch(path[frame], path[frame - 1])
 
 
 def unwrapped_poses(
     poses: FloatArray, turns: NDArray[np.int64], first: FloatArray | None = None
 ) -> FloatArray:
-    """Unwrap the exponential maps among the columns of pose vectors, shape (frames, n).
+    """Unwrap the exponential maps among the columns of pose vectors.
 
     Parameters
     ----------
-    poses : array, shape (frames, n)
+    poses : array, shape (frames, ..., n)
     turns : array of int, shape (k,)
         First columns of the exponential maps.
     first : array, shape (n,), optional
@@ -75,13 +86,14 @@ def unwrapped_poses(
 
     Returns
     -------
-    array, shape (frames, n)
+    array, shape (frames, ..., n)
     """
     if not turns.size:
         return poses
     columns = turns[:, None] + np.arange(3)
     path = np.array(poses)
-    path[:, columns] = unwrapped(poses[:, columns], None if first is None else first[columns])
+    start = None if first is None else first[..., columns]
+    path[..., columns] = unwrapped(poses[..., columns], start)
     return path
 
 

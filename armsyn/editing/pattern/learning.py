@@ -126,11 +126,13 @@ def example_poses(clips: Sequence[Clip], figure: Figure, frames: int) -> FloatAr
     array, shape (examples, frames, n)
         rad and m; unwrapped along time, the first frames all on the branches of the first clip's.
     """
-    motions: list[FloatArray] = []
-    for clip in clips:
-        poses = normalised_poses(clip.time, figure.poses(clip), figure.turns, frames)
-        motions.append(unwrapped_poses(poses, figure.turns, motions[0][0] if motions else None))
-    return np.array(motions)
+    time_normalised = [
+        normalised_poses(clip.time, figure.poses(clip), figure.turns, frames) for clip in clips
+    ]
+    over_time = np.stack(time_normalised, axis=1)
+    return np.ascontiguousarray(
+        unwrapped_poses(over_time, figure.turns, over_time[0, 0]).swapaxes(0, 1)
+    )
 
 
 def _principal(X: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.editing.pattern.branches import unwrapped_poses
 from armsyn.kinematics import quaternion
 from armsyn.motion.resample import interpolate
 
@@ -35,7 +34,7 @@ def normalised_poses(
     Returns
     -------
     array, shape (frames, n)
-        Exponential maps unwrapped along time, the first frame's no longer than pi.
+        Exponential maps no longer than pi: unwrap them.
     """
     at = np.linspace(time[0], time[-1], frames)
     found = interpolate(time, poses, at)
@@ -47,7 +46,7 @@ def normalised_poses(
     share = np.clip((at - time[left]) / (time[left + 1] - time[left]), 0.0, 1.0)
     turned = quaternion.slerp(path[left], path[left + 1], share[:, None])
     found[:, columns] = quaternion.to_expmap(turned)
-    return unwrapped_poses(found, turns)
+    return found
 
 
 def phases(time: FloatArray, frames: int) -> FloatArray:
