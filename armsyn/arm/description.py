@@ -35,6 +35,9 @@ MAXIMUM_BYTES = 1_000_000
 MOST_JOINTS = 64
 MOST_SERVOS = 253
 """IDs of a bus."""
+LARGEST_SLOWING = 1e6
+"""Factor; its cube, by which jerks are divided, must be a number that a limit can be divided by."""
+
 _SHAPES = msgspec.Meta(max_length=100)
 STANDARD_GRAVITY = 9.80665
 """m/s2."""
@@ -179,7 +182,7 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         Parameters
         ----------
         factor : float
-            At least 1.
+            From 1 to `LARGEST_SLOWING`.
 
         Returns
         -------
@@ -188,10 +191,13 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         Raises
         ------
         InputError
-            A factor below 1, or not finite.
+            Another factor.
         """
-        if not 1.0 <= factor < np.inf:
-            raise InputError(f"an arm can be slowed by a factor of at least 1, got {factor:g}")
+        if not 1.0 <= factor <= LARGEST_SLOWING:
+            raise InputError(
+                f"an arm can be slowed by a factor of at least 1, at most {LARGEST_SLOWING:.0f},"
+                f" got {factor:g}"
+            )
         joints = tuple(
             msgspec.structs.replace(
                 joint,

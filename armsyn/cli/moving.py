@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from armsyn.cli.arm_options import Connection, connected
 
 if TYPE_CHECKING:
-    from armsyn.driver import ArmSession, Ending
+    from armsyn.driver import Ending
 
 Result = TypeVar("Result")
 
@@ -24,10 +23,8 @@ _REFRESH_S = 0.2
 def session_on(options: dict[str, Any], slower: float = 1.0) -> Iterator[tuple[Connection, Any]]:
     """Open a session on the arm of `arm_options`, with its speeds divided by `slower`."""
     from armsyn.driver import ArmSession
-    from armsyn.errors import InputError
 
-    if not (math.isfinite(slower) and slower >= 1.0):
-        raise InputError(f"--slower must be at least 1, got {slower:g}")
+    check_slower(slower)
     with (
         connected(options) as there,
         ArmSession.open(
@@ -39,6 +36,17 @@ def session_on(options: dict[str, Any], slower: float = 1.0) -> Iterator[tuple[C
         ) as session,
     ):
         yield there, session
+
+
+def check_slower(factor: float) -> None:
+    """Refuse what an arm cannot be slowed by; InputError."""
+    from armsyn.arm.description import LARGEST_SLOWING
+    from armsyn.errors import InputError
+
+    if not factor >= 1.0:
+        raise InputError(f"--slower must be at least 1, got {factor:g}")
+    if factor > LARGEST_SLOWING:
+        raise InputError(f"--slower must be at most {LARGEST_SLOWING:.0f}, got {factor:g}")
 
 
 def _consent(options: dict[str, Any]) -> dict[str, bool]:
@@ -73,12 +81,3 @@ def status_of(ending: Ending) -> int:
         return FAULTY
     stopped = (Ending.STOPPED_HOLDING, Ending.STOPPED_PARKED, Ending.ABORTED)
     return STOPPED if ending in stopped else 0
-
-
-def degrees_off(session: ArmSession, goal: Any) -> tuple[str, float]:
-    """Which joint is farthest off a posture, and by how many degrees."""
-    import numpy as np
-
-    off = np.abs(session.read_posture() - goal)
-    row = int(np.argmax(off))
-    return session.arm.joint_names[row], math.degrees(off[row])

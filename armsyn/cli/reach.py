@@ -161,14 +161,14 @@ def _check(options: dict[str, Any]) -> None:
     """What can be known to be wrong before any port is opened."""
     import math
 
+    from armsyn.cli.moving import check_slower
     from armsyn.errors import InputError
 
     if not all(math.isfinite(value) for value in options["target"]):
         raise InputError(f"--target must be three finite numbers of metres: {options['target']}")
     if not (math.isfinite(options["rate_hz"]) and 0 < options["rate_hz"] <= 2000):
         raise InputError(f"--rate must be above 0 and at most 2000 Hz, got {options['rate_hz']:g}")
-    if not (math.isfinite(options["slower"]) and options["slower"] >= 1):
-        raise InputError(f"--slower must be at least 1, got {options['slower']:g}")
+    check_slower(options["slower"])
     plot = options["plot"]
     if plot and (plot.suffix.lower() != ".png" or not plot.parent.is_dir()):
         raise InputError(f"--plot {plot}: must end in .png, in a folder that exists")

@@ -60,10 +60,11 @@ def release(joints: tuple[str, ...], yes: bool, **options: Any) -> None:
 
 def _joints(arm: Any, joints: tuple[str, ...]) -> list[str]:
     """Check the names; all joints and the gripper where none is given."""
-    from armsyn.errors import InputError
+    from armsyn.errors import InputError, meant
 
     names = list(dict.fromkeys(servo.joint for servo in arm.servo))
     for joint in joints:
         if joint not in names:
-            raise InputError(f"{arm.name} has no joint {joint!r}; it has {', '.join(names)}")
+            there = f"it has {', '.join(names)}{meant(joint, names)}"
+            raise InputError(f"{arm.name} has no joint {joint!r}; {there}")
     return list(joints) or names

@@ -91,6 +91,7 @@ def stream(**options: Any) -> None:
 
 def _prepared(arm: ArmDescription, options: dict[str, Any]) -> Replay:
     """The file's motion, scaled and checked."""
+    from armsyn.cli.moving import check_slower
     from armsyn.driver.replay import load_replay, looped, slowed
     from armsyn.errors import InputError
     from armsyn.safety import check_trajectory
@@ -98,10 +99,10 @@ def _prepared(arm: ArmDescription, options: dict[str, Any]) -> Replay:
     if options["slower"] is not None and options["duration"] is not None:
         raise InputError("give either --slower or --duration")
     rate = options["rate_hz"]
+    factor = 1.0 if options["slower"] is None else options["slower"]
+    check_slower(factor)
     replay = load_replay(options["file"], arm, rate)
-    motion, factor = replay.motion, options["slower"] or 1.0
-    if options["slower"] is not None and not factor >= 1.0:
-        raise InputError(f"--slower must be at least 1, got {factor:g}")
+    motion = replay.motion
     if options["duration"] is not None:
         factor = options["duration"] / motion.duration
     motion = looped(slowed(motion, factor, rate), options["loop"], arm, rate)

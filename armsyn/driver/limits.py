@@ -51,7 +51,7 @@ def check_position_limits(motion: Motion, facts: Sequence[ServoFacts], arm: ArmD
     lows, highs = ticks.min(axis=0).tolist(), ticks.max(axis=0).tolist()
     for servo in facts:
         column = arm.joint_names.index(servo.joint)
-        lower, upper, where = _range(servo)
+        lower, upper, where = goal_range(servo)
         low, high = lows[column], highs[column]
         if not lower <= low <= high <= upper:
             value, limit = (low, lower) if low < lower else (high, upper)
@@ -64,7 +64,7 @@ def check_position_limits(motion: Motion, facts: Sequence[ServoFacts], arm: ArmD
             )
 
 
-def _range(servo: ServoFacts) -> tuple[int, int, str]:
+def goal_range(servo: ServoFacts) -> tuple[int, int, str]:
     """Ticks that a servo takes as goals, and where that stands."""
     lower, upper = servo.minimum_position, servo.maximum_position
     classic = servo.servo.protocol == 1 or servo.servo.model == "xl-320"
@@ -165,7 +165,7 @@ def _own_ranges(facts: Sequence[ServoFacts], arm: ArmDescription) -> tuple[Float
     lowest, highest = np.full(len(arm.joint), _LOWEST), np.full(len(arm.joint), _HIGHEST)
     for servo in facts:
         row = arm.joint_names.index(servo.joint)
-        lower, upper, _ = _range(servo)
+        lower, upper, _ = goal_range(servo)
         lowest[row], highest[row] = max(lowest[row], lower), min(highest[row], upper)
     ends = np.array([calibration.to_radians(lowest), calibration.to_radians(highest)])
     half = 0.5 * np.abs(calibration.radians_per_tick)  # which rounding to ticks brings back

@@ -19,7 +19,7 @@ from armsyn.driver.servos import ServoGroup
 from armsyn.driver.session import ArmSession
 from armsyn.driver.stillness import still_posture
 from armsyn.driver.stream import OnTick
-from armsyn.errors import InputError, LimitError
+from armsyn.errors import InputError, LimitError, meant
 from armsyn.safety.limits import POSITION_TOLERANCE
 
 FloatArray = NDArray[np.float64]
@@ -59,8 +59,7 @@ def jog(
         As `ArmSession.run`.
     """
     arm = session.arm
-    if joint not in arm.joint_names:
-        raise InputError(f"{arm.name} has no joint {joint!r}; it has {', '.join(arm.joint_names)}")
+    row = joint_row(arm, joint)
     if not 0.0 < abs(change) <= LARGEST_JOG:
         raise InputError(
             f"a jog is by up to {math.degrees(LARGEST_JOG):.0f} degrees, got"
@@ -71,11 +70,20 @@ def jog(
     check_length(abs(change) / speed, session.rate_hz)
     start = still_posture(session, session.clock)
     goal = start.copy()
-    row = arm.joint_names.index(joint)
     goal[row] += change
     _check_room(arm, start, goal)
     slow = arm.slowed(max(1.0, float(arm.max_velocity[row]) / speed))
     return session.run(straight_way(start, goal, slow, session.rate_hz), on_tick=on_tick)
+
+
+def joint_row(arm: ArmDescription, joint: str) -> int:
+    """Return which of an arm's joints one is; InputError where it is none of them."""
+    if joint not in arm.joint_names:
+        names = ", ".join(arm.joint_names)
+        raise InputError(
+            f"{arm.name} has no joint {joint!r}; it has {names}{meant(joint, arm.joint_names)}"
+        )
+    return arm.joint_names.index(joint)
 
 
 def _check_room(arm: ArmDescription, start: FloatArray, goal: FloatArray) -> None:

@@ -16,8 +16,10 @@ from armsyn.arm.calibration import radians_per_tick
 from armsyn.driver import registers as reg
 from armsyn.driver.checks import check_pairs
 from armsyn.driver.facts import PROFILES, ServoFacts
-from armsyn.driver.registers import AX, MX1, XL320
+from armsyn.driver.limits import goal_range
+from armsyn.driver.registers import AX, LAST_TICK, MX1, XL320
 from armsyn.driver.servos import ServoGroup
+from armsyn.driver.stillness import LEANING
 from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import ArmFaultError, HardwareFaultError
 from armsyn.safety import START_TOLERANCE
@@ -36,6 +38,8 @@ DRIFT_TICKS_X = 8
 DRIFT_TICKS = {AX: 3, XL320: 3}
 """How far a limp servo may drift (0.7 degrees) from where its goal is until its torque comes on:
 it jerks back by as much."""
+
+_TURN = LAST_TICK + 1
 
 STEADY_TICKS = {AX: 2, MX1: 4, XL320: 2}
 """How far off a goal older families may read theirs while limp: they then read where they are."""
@@ -133,6 +137,8 @@ def ticks_of(angle: float, servo: ServoDescription) -> int:
 def standing_goals(facts: Sequence[ServoFacts]) -> dict[int, int]:
     """Goals that leave servos where they are: held ones keep theirs, a pair has its leader's.
 
+    One that leans a little beyond its own position limits, where it takes no goal, gets its limit.
+
     Parameters
     ----------
     facts : sequence of ServoFacts
@@ -148,8 +154,21 @@ def standing_goals(facts: Sequence[ServoFacts]) -> dict[int, int]:
         leader = by_id.get(_leader(servo), servo)
         pair = [leader, *(s for s in facts if _leader(s) == leader.servo_id and s is not leader)]
         held = next((one for one in pair if one.torque_enabled), None)
-        goals[servo.servo_id] = leader.present_position if held is None else held.goal_position
+        goals[servo.servo_id] = _nearest_goal(leader) if held is None else held.goal_position
     return goals
+
+
+def _nearest_goal(servo: ServoFacts) -> int:
+    """Where a limp servo is, or the position limit that it leans beyond.
+
+    Never across the end of its turn: its position folds there as torque comes on, and the way to
+    the limit would be a whole turn.
+    """
+    lower, upper, _ = goal_range(servo)
+    here = servo.present_position
+    goal = min(max(here, lower), upper)
+    leans = abs(goal - here) <= ticks_of(LEANING, servo.servo)
+    return goal if leans and here // _TURN == goal // _TURN else here
 
 
 def _leader(servo: ServoFacts) -> int:

@@ -144,9 +144,9 @@ def slowed(motion: Motion, factor: float, rate: float) -> Motion:
         raise InputError(f"a motion cannot take {factor:g} times its time: give a positive number")
     if factor == 1.0 or motion.angles is None:
         return motion
-    frames = max(2, math.ceil(motion.duration * factor * rate - 1e-6) + 1)
-    if frames > MAXIMUM_SAMPLES:
+    if motion.duration * factor * rate > MAXIMUM_SAMPLES:
         raise InputError(f"{motion.source}: {factor:g} times slower is too long: cut it")
+    frames = max(2, math.ceil(motion.duration * factor * rate - 1e-6) + 1)
     grid = np.arange(frames) / rate
     angles = _spline(motion.time - motion.time[0], motion.angles, grid / factor)
     return Motion(grid, motion.joint_names, angles, source=motion.source)

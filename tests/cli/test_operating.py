@@ -7,6 +7,7 @@ import math
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from typing import cast
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 
 from armsyn.arm import load_arm
+from armsyn.driver import power
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.status import ArmStatus
 from armsyn.driver.transactions import Bus
@@ -133,10 +135,60 @@ def test_jog_and_park(order: Call, omx: RunningSimulator) -> None:
     assert held(omx) == [True] * 4 + [False]
     said = order("park")
     assert said.status == 0, said.err
-    assert said.out.splitlines()[-1].startswith("parked, torque off (")
+    last = said.out.splitlines()[-1]
+    assert last.startswith("parked, torque off (")
+    assert last.endswith(" degrees off rest, before the torque went off, the farthest)")
     assert held(omx) == [False] * 5
     assert "nothing has moved" in order("park").out
     assert order("park", "--json").document == {"ending": "already parked"}
+
+
+def test_parking_is_measured_before_the_arm_is_let_go(
+    order: Call, omx: RunningSimulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is released falls: how well it was parked shows before."""
+    let_go = power.torque_off
+    arm = load_arm("openmanipulator_x")
+    fallen = arm.calibration.to_ticks(arm.rest)[0] + 200
+
+    def falls(group: ServoGroup) -> None:
+        let_go(group)
+        omx.inject(f"hand:id=11,to={fallen},speed=5,for=0.5")
+        time.sleep(0.6)
+
+    order("jog", "joint2", "6", "--speed", "30")
+    monkeypatch.setattr(power, "torque_off", falls)
+    found = order("park", "--json").document
+    assert found["ending"] == "parked, torque off"
+    assert found["off_rest_rad"] < 0.05
+    there = order("status", "--json").document["posture_rad"]
+    assert there[0] - arm.rest[0] == pytest.approx(200 * 2 * math.pi / 4096, abs=0.05)
+
+
+def test_a_joint_beyond_its_range_goes_back_only(order: Call, omx: RunningSimulator) -> None:
+    arm = load_arm("openmanipulator_x")
+    posture = arm.rest.copy()
+    posture[3] = arm.chain.upper[3] + math.radians(1.0)
+    tick = int(arm.calibration.to_ticks(posture)[3])
+    omx.inject(f"hand:id=14,to={tick},speed=5,for=2")
+    time.sleep(2.5)
+    out = order("jog", "joint4", "2", "--speed", "30")
+    assert out.status == 4
+    assert "0.00 degrees are left that way" in out.err
+    back = order("jog", "joint4", "-2", "--speed", "30")
+    assert back.status == 0, back.err
+    assert "joint4 is 1.0 degrees beyond its range: back from there only" in back.out
+    assert back.err == ""
+
+
+def test_a_misspelt_joint_is_named_before_any_port(call: Call) -> None:
+    for command in (("jog", "elbow_flexon", "5"), ("release", "--joint", "elbow_flexon")):
+        said = call(*command)
+        assert said.status == 2
+        assert "; did you mean 'elbow_flexion'?" in said.err
+    call("jog", "elbow_flexon", "5", "--port", "/dev/none", "--arm", "human7").refused(
+        2, "has no joint 'elbow_flexon'"
+    )
 
 
 def test_release_asks_and_says_what_falls(

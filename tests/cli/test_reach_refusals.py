@@ -32,6 +32,7 @@ ARM = ("--arm", "human7", "--baud", "1000000")
         ((*TARGET, "--rate", "nan"), "--rate must be above 0 and at most 2000 Hz, got nan"),
         ((*TARGET, "--slower", "0.5"), "--slower must be at least 1, got 0.5"),
         ((*TARGET, "--slower", "nan"), "--slower must be at least 1, got nan"),
+        ((*TARGET, "--slower", "1e200"), "--slower must be at most 1000000, got 1e+200"),
         ((*TARGET, "--raw", "--model", "D"), "--raw is model A: give either --raw or --model"),
         ((*TARGET, "--rate", "1e9"), "--rate must be above 0 and at most 2000 Hz, got 1e+09"),
         ((*TARGET, "--plot", "absent/a.png"), "--plot absent/a.png: must end in .png, in a folder"),

@@ -103,6 +103,8 @@ def test_it_can_park(call: Call, file: Path) -> None:
     [
         (("--duration", "0.1"), 4, "would have a speed of"),
         (("--slower", "0.5"), 2, "--slower must be at least 1"),
+        (("--slower", "0"), 2, "--slower must be at least 1"),
+        (("--slower", "1e200"), 2, "--slower must be at most 1000000, got 1e+200"),
         (("--slower", "2", "--duration", "2"), 2, "either --slower or --duration"),
         (("--duration", "-1"), 2, "times its time"),
         (("--arm", "koch"), 2, "joints are"),

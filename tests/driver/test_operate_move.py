@@ -132,6 +132,23 @@ def test_an_arm_that_is_never_still_is_not_moved(
     assert stepped.torque() == [0] * 7
 
 
+def test_a_limp_joint_beyond_its_servos_own_limit_moves_back(stepped: SteppedArm) -> None:
+    arm = stepped.description
+    rest = int(arm.calibration.to_ticks(arm.rest)[ELBOW])
+    stepped.by_id[4].memory.store("Max Position Limit", rest)
+    joint = msgspec.structs.replace(arm.joint[ELBOW], upper=float(arm.rest[ELBOW]))
+    joints = (*arm.joint[:ELBOW], joint, *arm.joint[ELBOW + 1 :])
+    stepped.description = msgspec.structs.replace(arm, joint=joints)
+    session = stepped.session()
+    stepped.port.simulation.inject(f"hand:id=4,to={rest + 10},speed=0.5,for=1")
+    stepped.sleep_until(stepped.now() + 1.5)
+    beyond = stepped.positions()[ELBOW] - stepped.description.rest[ELBOW]
+    assert beyond == pytest.approx(10 * 2 * math.pi / 4096, abs=0.004)
+    recording = jog(session, "elbow_flexion", -0.2, 1.0)
+    assert recording.ending is Ending.COMPLETED
+    assert stepped.positions()[ELBOW] < stepped.description.rest[ELBOW] - 0.15
+
+
 def test_an_arm_that_leans_on_its_stop_moves_off_it(stepped: SteppedArm) -> None:
     arm = stepped.description
     upper = float(arm.rest[ELBOW]) - 0.01

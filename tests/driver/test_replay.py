@@ -95,6 +95,11 @@ def test_no_time_is_refused(way: Motion, factor: float) -> None:
         slowed(way, factor, 200.0)
 
 
+def test_more_time_than_there_is_is_refused(way: Motion) -> None:
+    with pytest.raises(InputError, match="times slower is too long"):
+        slowed(way, 1e308, 200.0)
+
+
 def test_a_loop_goes_back_by_itself(human7: ArmDescription, way: Motion) -> None:
     three = looped(way, 3, human7, 200.0)
     check_trajectory(three, human7, human7.rest)
