@@ -29,6 +29,11 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
     help="Which movement of B, in time's order  [default: the fastest]",
 )
 @click.option(
+    "--movement-a",
+    type=click.IntRange(min=1),
+    help="Which movement of A  [default: the fastest]",
+)
+@click.option(
     "--align",
     nargs=2,
     metavar="POSES_A POSES_B",
@@ -71,6 +76,7 @@ def score(**options: Any) -> None:
         rebuild=options["segments"] == "rebuilt",
         transform=_transform(options, joint_map),
         joint_map=joint_map,
+        captured_movement=options["movement_a"],
         movement=options["movement"],
         bands=_bands(options["bands"]),
     )
@@ -129,10 +135,15 @@ def _print(found: Score) -> None:
     say(f"A {found.captured_name}: {comparison.captured_source}")
     say(f"B {found.other_name}: {comparison.other_source}")
     console.print(distance_table(comparison), likeness_table(found))
-    for label, profile in (("A", comparison.captured_profile), ("B", comparison.other_profile)):
-        say(f"{label}: moves from {profile.onset:.2f} to {profile.offset:.2f} s")
-    if found.movements > 1:
-        say(f"B: movement {found.movement} of {found.movements}; --movement N picks another")
+    for label, profile, which, option in (
+        ("A", comparison.captured_profile, found.captured_movement, "--movement-a"),
+        ("B", comparison.other_profile, found.other_movement, "--movement"),
+    ):
+        several = f", movement {which.number} of {which.of}: {option} N picks another"
+        say(
+            f"{label}: moves from {profile.onset:.2f} to {profile.offset:.2f} s"
+            + (several if which.of > 1 else "")
+        )
     pairs = zip(comparison.landmarks, comparison.other_landmarks, strict=True)
     say("landmarks: " + ", ".join(a if a == b else f"{a} (B: {b})" for a, b in pairs))
     say(f"segments: {segments(comparison)}; alignment: {alignment(comparison)}")

@@ -22,7 +22,7 @@ from armsyn.scoring.distance import (
 )
 from armsyn.scoring.floor import HumanFloor
 from armsyn.scoring.measures import ProfileMeasures, measure, normalised_speed
-from armsyn.scoring.pairing import Pair, Trimmed, other_rebuilt, pair_up, trim
+from armsyn.scoring.pairing import Pair, Trimmed, is_arm, other_rebuilt, pair_up, trim
 from armsyn.scoring.posture import angles_between, swivel_angles, swivel_differences
 from armsyn.scoring.profile import correlation
 
@@ -133,7 +133,7 @@ def compare(
     *,
     floor: HumanFloor | None = None,
     transform: BaseTransform | None = None,
-    rebuild: bool = True,
+    rebuild: bool | None = None,
     cutoff: float | None = CUTOFF,
     fraction: float = CUT_FRACTION,
 ) -> Comparison:
@@ -147,8 +147,9 @@ def compare(
         Of the captured reach, taken with the same filter and cut.
     transform : BaseTransform or None
         By which the other was brought to the captured frame, to be published; it is not applied.
-    rebuild : bool
-        Whether segments of other lengths are rebuilt on the captured ones.
+    rebuild : bool or None
+        Whether segments of other lengths are rebuilt on the captured ones; None where the
+        landmarks' names say that they are an arm's.
     cutoff : float or None
         Hz, of the low-pass before speeds are taken, the same for both.
     fraction : float
@@ -167,7 +168,7 @@ def compare(
         When one of them has gaps, does not move, or is too short or too slow for the filter.
     """
     given = pair_up(captured, other)
-    pair = other_rebuilt(given) if rebuild else given
+    pair = other_rebuilt(given) if rebuild or (rebuild is None and is_arm(given)) else given
     trimmed = trim(pair, cutoff=cutoff, fraction=fraction)
     how = _How(cutoff, fraction, trimmed.rate)
     endpoint_error = float(np.linalg.norm(other.hand[-1] - captured.hand[-1]))

@@ -133,7 +133,8 @@ def _how(score: Score) -> list[tuple[str, str]]:
         ("onset and offset", f"{how.fraction:.0%} of the peak speed"),
         ("rate of distances", f"{comparison.rate:g} Hz; the paper's {comparison.paper_rate:g} Hz"),
         ("rate of measures", f"{how.rate:g} Hz; LDLJ with T = N / fs"),
-        ("movement of B", f"{score.movement} of {score.movements}"),
+        ("movement of A", "{} of {}".format(*score.captured_movement)),
+        ("movement of B", "{} of {}".format(*score.other_movement)),
     ]
     if score.bands is not None:
         rows.append(("bands", f"{score.bands.reaches} reaches of {score.bands.captures}"))

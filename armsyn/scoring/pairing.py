@@ -15,6 +15,8 @@ from armsyn.motion.rebuilding import rebuild_segments, segment_lengths
 from armsyn.motion.resample import interpolate, uniform_times
 from armsyn.motion.segmentation import CUT_FRACTION, movement_times
 
+ARM = ("shoulder", "elbow", "wrist")
+"""Landmarks that, followed by the hand, are a chain of segments by their names."""
 SAME_LENGTH = 1e-3
 """m; segments that differ by less are taken for the same arm's, and left as they are."""
 
@@ -115,6 +117,15 @@ def _track(motion: Motion, names: list[str]) -> Track:
             " cut the motion or fill it"
         )
     return Track(motion.time, landmarks)
+
+
+def is_arm(pair: Pair) -> bool:
+    """Say whether the landmarks are by their names an arm, each at its segment's end.
+
+    Markers, or the joints of a whole skeleton, are none: what lies between two of them that follow
+    each other is no segment.
+    """
+    return pair.names[:-1] == tuple(name for name in ARM if name in pair.names[:-1])
 
 
 def other_rebuilt(pair: Pair) -> Pair:

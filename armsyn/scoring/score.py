@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,15 @@ from armsyn.scoring.repeats import repeats_of
 from armsyn.scoring.report import as_dict
 
 
+class Which(NamedTuple):
+    """A movement of a recording."""
+
+    number: int
+    """From 1."""
+    of: int
+    """How many there are."""
+
+
 @dataclass(frozen=True)
 class Settings:
     """How two motions are scored.
@@ -34,13 +43,14 @@ class Settings:
     cutoff, fraction : float
         Hz of the low-pass (None: none), and share of the peak speed at onset and offset.
     rebuild : bool
-        Whether the other's segments are rebuilt on the captured lengths.
+        Whether the other's segments are rebuilt on the captured lengths, where the landmarks are
+        an arm's: by their names, or by the joint map.
     transform : BaseTransform or None
         Of the session, from the other's base to the captured one.
     joint_map : tuple of (str, str)
         Landmarks to compare, captured and other's, the hand last; empty for those named alike.
-    movement : int or None
-        Which movement of the other, from 1; None for the one of the highest speed.
+    captured_movement, movement : int or None
+        Which movement of each, from 1; None for the one of the highest speed.
     bands : Bands or None
         To place both in.
     """
@@ -50,6 +60,7 @@ class Settings:
     rebuild: bool = True
     transform: BaseTransform | None = None
     joint_map: JointMap = ()
+    captured_movement: int | None = None
     movement: int | None = None
     bands: Bands | None = None
 
@@ -66,10 +77,8 @@ class Score:
         As compared, before trimming and rebuilding: the other in the captured base.
     comparison : Comparison
         Distances, and how they were taken.
-    movements : int
-        That the other's recording holds.
-    movement : int
-        The one that is scored, from 1.
+    captured_movement, other_movement : Which
+        What was scored of each.
     captured_likeness, other_likeness : dict of str to float
         By the keys of `armsyn.scoring.human_likeness.MEASURES`; NaN where not defined.
     how : How
@@ -82,8 +91,8 @@ class Score:
     captured: Motion
     other: Motion
     comparison: Comparison
-    movements: int
-    movement: int
+    captured_movement: Which
+    other_movement: Which
     captured_likeness: dict[str, float]
     other_likeness: dict[str, float]
     how: How
@@ -116,14 +125,15 @@ def score_motions(
     second = mapped(other[1], settings.joint_map, other=True)
     cutoff, fraction = settings.cutoff, settings.fraction
     how = _how_of(settings, max(first.rate, second.rate))
-    second, number, held = _one_movement(second, settings)
+    first, first_movement = _one_movement(first, settings.captured_movement, settings)
+    second, second_movement = _one_movement(second, settings.movement, settings)
     if settings.transform is not None:
         second = settings.transform.apply(second)
     comparison = compare(
         first,
         second,
         transform=settings.transform,
-        rebuild=settings.rebuild,
+        rebuild=(True if settings.joint_map else None) if settings.rebuild else False,
         cutoff=cutoff,
         fraction=fraction,
     )
@@ -138,8 +148,8 @@ def score_motions(
         captured=first,
         other=second,
         comparison=comparison,
-        movements=held,
-        movement=number,
+        captured_movement=first_movement,
+        other_movement=second_movement,
         captured_likeness=human_likeness(first, how),
         other_likeness=human_likeness(second, how),
         how=how,
@@ -147,20 +157,21 @@ def score_motions(
     )
 
 
-def _one_movement(recording: Motion, settings: Settings) -> tuple[Motion, int, int]:
-    """Return the wanted movement (or the one with the highest speed), its number, and how many."""
+def _one_movement(
+    recording: Motion, number: int | None, settings: Settings
+) -> tuple[Motion, Which]:
+    """Return the wanted movement, or the one with the highest speed, and which it is."""
     if recording.landmarks is None:
         raise FormatError(f"{recording.source or 'motion'}: {ANGLES_ALONE}")
     found = bouts(recording, cutoff=settings.cutoff, fraction=settings.fraction)
-    number = settings.movement
-    if number is None and len(found) > 1:
+    if number is None and len(found) < 2:
+        return recording, Which(1, len(found))
+    if number is None:
         peak = hand_speed(recording.time, recording.hand, cutoff=settings.cutoff)
         at = float(peak.time[np.argmax(peak.speed)])
         number = next(place for place, one in enumerate(found, 1) if at <= one.end)
-    if number is None:
-        return recording, 1, len(found)
     taken = only_movement(recording, number, cutoff=settings.cutoff, fraction=settings.fraction)
-    return taken, number, len(found)
+    return taken, Which(number, len(found))
 
 
 def _how_of(settings: Settings, rate: float) -> How:
@@ -201,8 +212,8 @@ def score_as_dict(score: Score) -> dict[str, Any]:
     document = {
         "a": score.captured_name,
         "b": score.other_name,
-        "b_movements": score.movements,
-        "b_movement": score.movement,
+        "a_movement": score.captured_movement._asdict(),
+        "b_movement": score.other_movement._asdict(),
         **as_dict(score.comparison),
         "human_likeness": {
             "rate_hz": score.how.rate,

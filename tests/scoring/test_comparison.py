@@ -86,6 +86,21 @@ def test_the_elbow_raised_sideways_shows_in_the_swivel() -> None:
     assert lifted.posture.swivel_samples > 50
 
 
+def test_only_an_arms_segments_are_rebuilt_unless_asked() -> None:
+    captured, longer = reach(), reach()
+    assert longer.landmarks is not None
+    longer = dataclasses.replace(longer, landmarks=longer.landmarks * 1.2)
+    assert compare(captured, longer).held_distance == pytest.approx(0, abs=1e-12)
+    assert compare(captured, longer, rebuild=False).held_distance > 0.05
+    markers = [
+        dataclasses.replace(m, landmark_names=("a", "b", "c", "d")) for m in (captured, longer)
+    ]
+    score = compare(*markers)
+    assert not score.rebuilt
+    assert score.held_distance > 0.05
+    assert compare(*markers, rebuild=True).rebuilt
+
+
 def test_without_named_joints_there_is_no_posture() -> None:
     renamed = dataclasses.replace(reach(), landmark_names=("a", "b", "c", "d"))
     comparison = compare(renamed, renamed)

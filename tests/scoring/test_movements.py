@@ -54,18 +54,27 @@ def test_one_movement_scores_as_if_alone() -> None:
     score = score_motions(("a", reach()), ("b", there_and_back()), Settings(movement=1))
     assert score.comparison.held_distance < 1e-3
     document = score_as_dict(score)
-    assert (document["b_movements"], document["b_movement"]) == (2, 1)
+    assert document["a_movement"] == {"number": 1, "of": 1}
+    assert document["b_movement"] == {"number": 1, "of": 2}
     recording = there_and_back()
     time = np.where(recording.time > 1.8, 3 * recording.time - 3.6, recording.time)
     slow_back = dataclasses.replace(recording, time=time)
     fastest = score_motions(("a", reach()), ("b", slow_back), Settings())
-    assert (fastest.movement, fastest.movements) == (1, 2)
+    assert fastest.other_movement == (1, 2)
     assert fastest.comparison.held_distance == pytest.approx(0, abs=1e-3)
     assert fastest.comparison.endpoint_error == pytest.approx(0, abs=1e-6)
     alone = score_motions(("a", reach()), ("b", reach()), Settings())
-    assert (alone.movement, alone.movements, alone.comparison.coverage) == (1, 1, 1.0)
+    assert (alone.other_movement, alone.comparison.coverage) == ((1, 1), 1.0)
     back = score_motions(("a", reach()), ("b", there_and_back()), Settings(movement=2))
     assert back.comparison.held_distance > 0.1
+
+
+def test_movements_of_both_can_be_chosen() -> None:
+    both = ("both", there_and_back())
+    score = score_motions(both, both, Settings(captured_movement=2, movement=2))
+    assert score.captured_movement == score.other_movement == (2, 2)
+    assert score.comparison.held_distance == 0
+    assert score_motions(both, both, Settings(movement=1)).comparison.held_distance > 0.1
 
 
 def test_a_movement_that_is_not_there_is_refused_with_those_that_are() -> None:
