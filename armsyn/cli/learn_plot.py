@@ -59,6 +59,8 @@ class Convergence:
             )
         axes.set(xscale="log", yscale="log")
         axes.set(xlabel="roll-outs of a reach", ylabel="best distance (training error), cm")
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_major_formatter("{x:g}")
         axes.grid(visible=True, which="both", alpha=0.2)
         axes.legend()
         with replacing(path) as temporary:

@@ -65,6 +65,8 @@ def plot(found: dict[str, Fits], title: str, path: Path) -> None:
         axes.step(made, mean, where="post", label=learner)
     axes.set(xscale="log", yscale="log", title=title)
     axes.set(xlabel="roll-outs of a reach", ylabel="mean best distance (training error), cm")
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.grid(visible=True, which="both", alpha=0.2)
     axes.legend()
     figure.savefig(path, dpi=150)
