@@ -138,9 +138,10 @@ def learn_each(
     KeyboardInterrupt
         When Ctrl-C ended one of them: half of an experiment is none.
     """
+    bounds = ", positive gains" if stable else ""
 
     def report(name: str, done: int, total: int, said: str) -> None:
-        on_progress(f"{prepared.selection.title}: {name}", done, total, said)
+        on_progress(f"{prepared.selection.title}: {name}{bounds}", done, total, said)
 
     found = {}
     for ik, model in pairs:

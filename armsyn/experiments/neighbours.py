@@ -34,11 +34,18 @@ from armsyn.experiments.tables import Report
 from armsyn.motion.captures import load_captures
 from armsyn.scoring.floor import human_floor
 from armsyn.scoring.repeats import repeats_in
+from armsyn.synergy.controller import ARM_RATES, RATES
+from armsyn.synergy.models import STABLE_GAIN
 
 IK, MODEL = "svd", "C"
 BOUNDS = {"paper": False, "positive": True}
 """Whether gains are bounded below: the paper's bounds, or those of arms that move."""
 FEW_REPEATS = 3
+_BOTH_BOUNDS = {
+    "bounds": "slopes 1 to 10 1/s, offsets 0 to 20; gains -5 to 5 (the paper's), or"
+    f" {STABLE_GAIN:g} to 5 (positive)",
+    "lambda_per_s": {"paper": RATES[IK], "positive": ARM_RATES[IK]},
+}
 _HOW = (
     "Sets of S_C (SVD) used on reaches that they were **not** learned from: no training errors,"
     " except where a set's own reach is named. Held distance, onset to offset at 5 % of the peak"
@@ -88,7 +95,7 @@ def run(
     return Report(
         "neighbours",
         "Learned sets on other targets of the same person (the paper's last wish)",
-        made_with(settings, [person[0].reaches for person in people], [IK]),
+        made_with(settings, [person[0].reaches for person in people], [IK]) | _BOTH_BOUNDS,
         [
             distance_table(flat),
             *(fewest_table(person) for person in people),
