@@ -15,10 +15,10 @@ from armsyn.editing.constraints import Constraint, KeyTrajectory, Pin
 from armsyn.editing.figure import Clip, Figure
 from armsyn.editing.joint_space import bend_joints
 from armsyn.editing.latent import LatentSolver
+from armsyn.editing.outcome import Outcome
 from armsyn.editing.pattern.branches import unwrapped_poses
 from armsyn.editing.pattern.learning import RADIANS_PER_METRE
 from armsyn.editing.pattern.model import MotionModel
-from armsyn.editing.outcome import Outcome
 from armsyn.editing.result import EditResult
 from armsyn.editing.solving import SolverOptions
 from armsyn.editing.tasks import TaskMaker
