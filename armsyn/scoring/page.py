@@ -20,6 +20,8 @@ from armsyn.scoring.tables import distance_rows, likeness_rows
 
 FRAME_RATE = 50.0
 """Hz, about, of the motions in the page."""
+MOST_IN_A_CHAIN = 5
+"""Landmarks that are drawn as an arm; more are markers or a whole skeleton, drawn as points."""
 
 
 def write_page(path: Path, score: Score) -> None:
@@ -148,6 +150,7 @@ def _lengths(lengths: tuple[float, ...]) -> str:
 def _motions(trimmed: Trimmed) -> str:
     step = max(1, round(trimmed.rate / FRAME_RATE))
     document = {
+        "chain": trimmed.captured.landmarks.shape[1] <= MOST_IN_A_CHAIN,
         "step_s": step / trimmed.rate,
         "captured": _points(trimmed.captured.landmarks, step),
         "other": _points(trimmed.other.landmarks, step),
