@@ -33,8 +33,9 @@ def residual_lanes(
     landmarks = captures.landmarks[motion : motion + 1]
     motions = np.zeros(lanes, dtype=np.int64)
     tasks = Tasks(starts, targets, motions, np.array([frames]), landmarks)
-    out = result.reshape(lanes, frames, 3 * marks)
+    out = np.empty((lanes, frames, 3 * marks))
     doubtful = play_lanes(plan, synergies, timing, tasks, out).doubtful
+    result[:] = out.reshape(result.shape)
     for lane in np.flatnonzero(doubtful).tolist():
         _, positions = play_plainly(chain, optimiser, synergies, timing, tasks, lane)
         result[lane] = positions[:, captures.rows] - landmarks[0, :frames]

@@ -8,6 +8,7 @@ from armsyn.ik import optimiser_settings
 from armsyn.kernels import lanes as room
 from armsyn.kernels import residuals, rollout
 from armsyn.kernels.chain import ChainArrays
+from armsyn.kernels.generator import Plan, generate
 from armsyn.kernels.plain import Captures, Synergies, Task, Timing, roll_out
 from armsyn.kinematics import Joint, SerialChain
 
@@ -21,6 +22,10 @@ CRANE = SerialChain(
     ),
     tip_xyz=(0.2, 0.1, -0.3),
 )
+
+
+KNOWN_OPERATIONS = {"*": 366, "+": 299}
+"""Of another generated step for a human-like arm of seven joints, sines and cosines included."""
 
 
 @pytest.fixture(scope="module")
@@ -215,3 +220,34 @@ def test_no_lanes_are_no_work(human7: ChainArrays) -> None:
     timing = Timing(6.0, 0.01, 0.0, np.inf)
     empty = np.empty((0, 5, 7))
     rollout.roll_out_lanes(human7, optimiser_settings("svd"), none, timing, np.empty((0, 3)), empty)
+
+
+@pytest.mark.parametrize("greatest", [0.3, 1.5, 2.6, np.pi, 9.0])
+def test_sines_are_right_over_the_whole_range_of_a_joint(greatest: float) -> None:
+    """A joint of one metre: its hand moves on the circle. Whole turns come off without loss."""
+    chain = SerialChain((Joint("one", lower=-greatest, upper=greatest),), tip_xyz=(1.0, 0.0, 0.0))
+    angles = np.linspace(-greatest, greatest, 201)
+    captures = Captures(
+        np.zeros((201, 1, 1, 3)),
+        np.ones(201, int),
+        np.array([1]),
+        angles[:, None],
+        np.ones((201, 3)),
+    )
+    idle = Synergies(np.zeros((1, 1)), np.zeros((1, 1)), np.full((1, 1), -np.inf))
+    hands = np.empty((201, 3))
+    timing = Timing(1.0, 0.01, 0.0, np.inf)
+    for row in range(201):
+        gap = np.empty((1, 1, 1, 3))
+        settings = optimiser_settings("jt")
+        residuals.residual_lanes(chain.arrays, settings, idle, timing, captures, row, gap)
+        hands[row] = gap[0, 0, 0]
+    circle = np.stack([np.cos(angles), np.sin(angles), np.zeros(201)], axis=1)
+    np.testing.assert_allclose(hands, circle, rtol=0, atol=5e-15)
+
+
+def test_a_step_takes_no_more_arithmetic_than_is_known_to_do(human7: ChainArrays) -> None:
+    counted = generate(Plan(human7, optimiser_settings("svd"), True, False, "paths", ())).operations
+    assert counted["*"] <= KNOWN_OPERATIONS["*"]
+    assert counted["+"] <= KNOWN_OPERATIONS["+"]
+    assert counted["/"] == 1
