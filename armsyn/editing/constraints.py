@@ -181,8 +181,10 @@ class Task:
 
     Parameters
     ----------
+    constraint : int
+        Which of the constraints it is of.
     label : str
-        Of the constraint it is of.
+        Of that constraint, for people.
     level : int
     frame : int
     body : int
@@ -194,6 +196,7 @@ class Task:
         Of the position's three that count; an orientation's all do.
     """
 
+    constraint: int
     label: str
     level: int
     frame: int

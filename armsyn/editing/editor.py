@@ -83,21 +83,22 @@ class Editor:
         OutsidePatternError
             When a coefficient beyond `coefficient_bound`, and beyond the clip's own, is needed.
         """
-        paths = self._maker.tasks([c for c in constraints if isinstance(c, KeyTrajectory)])
-        others = [c for c in constraints if not isinstance(c, KeyTrajectory)]
-        held = self._maker.tasks(others)
-        keyed = any(not isinstance(c, Pin) for c in others)
+        tasks = self._maker.tasks(constraints)
+        free = {n for n, c in enumerate(constraints) if isinstance(c, KeyTrajectory)}
+        paths = [task for task in tasks if task.constraint in free]
+        held = [task for task in tasks if task.constraint not in free]
+        keyed = any(not isinstance(constraints[task.constraint], Pin) for task in held)
         bent = self._solver.key_frame(held if keyed else [])
         if paths:
             frames = {task.frame for task in paths}
-            here = [*paths, *(task for task in held if task.frame in frames)]
+            here = [task for task in tasks if task.frame in frames]
             bent = self._solver.key_trajectory(here, bent)
         reached = self.coefficients + bent.added
         if not force:
             self._refuse_far(reached)
         farthest = np.abs(reached).max(axis=1).argmax()
         return self._outcome.result(
-            [*paths, *held],
+            tasks,
             bent.change,
             bent.iterations,
             self.coefficients,

@@ -84,10 +84,12 @@ class Outcome:
         nothing = np.zeros(self._figure.size)
         frames = {task.frame: after[task.frame] for task in tasks}
         problem = Problem(self._figure.tree, tasks, frames, dict.fromkeys(frames, nothing))
-        worst: dict[str, Residual] = {}
+        worst: dict[tuple[int, str], Residual] = {}
         for task, miss in zip(problem.tasks, problem.errors(nothing), strict=True):
-            size = float(np.linalg.norm(miss))
-            if task.label not in worst or size > worst[task.label].worst:
+            size, key = float(np.linalg.norm(miss)), (task.constraint, task.label)
+            if key not in worst or size > worst[key].worst:
                 unit = "rad" if task.turning else "m"
-                worst[task.label] = Residual(task.label, task.level, size, task.frame, unit)
-        return tuple(sorted(worst.values(), key=lambda residual: residual.level))
+                worst[key] = Residual(
+                    task.label, task.level, size, task.frame, unit, task.constraint
+                )
+        return tuple(sorted(worst.values(), key=lambda r: (r.level, r.constraint)))

@@ -28,6 +28,8 @@ class Residual(NamedTuple):
     frame : int
         Where.
     unit : {"m", "rad"}
+    constraint : int
+        Its place in the list of constraints.
     """
 
     label: str
@@ -35,6 +37,7 @@ class Residual(NamedTuple):
     worst: float
     frame: int
     unit: str
+    constraint: int
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,15 +47,15 @@ class TaskMaker:
             A frame outside the clip, or a body that is not there.
         """
         found: list[Task] = []
-        for constraint in constraints:
+        for number, constraint in enumerate(constraints):
             if isinstance(constraint, KeyFrame):
-                found += self._key_frame(constraint)
+                found += self._key_frame(number, constraint)
             elif isinstance(constraint, Orientation):
-                found += self._orientation(constraint)
+                found += self._orientation(number, constraint)
             elif isinstance(constraint, Pin):
-                found += self._pin(constraint)
+                found += self._pin(number, constraint)
             else:
-                found += self._trajectory(constraint)
+                found += self._trajectory(number, constraint)
         return found
 
     def _frame(self, effector: Effector, frame: int) -> int:
@@ -74,41 +74,47 @@ class TaskMaker:
         there = self._tree.points(self._poses[frame], np.array([body]), point[None])
         return body, point, there.positions[0], there.orientations[0]
 
-    def _key_frame(self, constraint: KeyFrame) -> list[Task]:
+    def _key_frame(self, number: int, constraint: KeyFrame) -> list[Task]:
         frame = self._frame(constraint.effector, constraint.frame)
         body, point, here, _ = self._at(constraint.effector, frame)
         goal = np.array(constraint.position) if constraint.by is None else here + constraint.by
         label = f"key-frame {constraint.effector} @ {frame}"
-        return [Task(label, constraint.level, frame, body, point, goal, rows_of(constraint.axes))]
+        return [
+            Task(
+                number, label, constraint.level, frame, body, point, goal, rows_of(constraint.axes)
+            )
+        ]
 
-    def _orientation(self, constraint: Orientation) -> list[Task]:
+    def _orientation(self, number: int, constraint: Orientation) -> list[Task]:
         frame = self._frame(constraint.effector, constraint.frame)
         body, point, _, turned = self._at(constraint.effector, frame)
         goal = constraint.rotation
         if goal is None:
             goal = from_expmap(constraint.by or (0.0, 0.0, 0.0)) @ turned
         label = f"orientation {constraint.effector} @ {frame}"
-        return [Task(label, constraint.level, frame, body, point, goal)]
+        return [Task(number, label, constraint.level, frame, body, point, goal)]
 
-    def _pin(self, constraint: Pin) -> list[Task]:
+    def _pin(self, number: int, constraint: Pin) -> list[Task]:
         frames = range(len(self._poses)) if constraint.frames is None else constraint.frames
         label, found = f"pin {constraint.effector}", []
         for wanted in frames:
             frame = self._frame(constraint.effector, wanted)
             body, point, here, turned = self._at(constraint.effector, frame)
             rows = rows_of(constraint.axes)
-            found.append(Task(label, constraint.level, frame, body, point, here, rows))
+            found.append(Task(number, label, constraint.level, frame, body, point, here, rows))
             if constraint.turned:
-                found.append(Task(f"{label} turned", constraint.level, frame, body, point, turned))
+                found.append(
+                    Task(number, f"{label} turned", constraint.level, frame, body, point, turned)
+                )
         return found
 
-    def _trajectory(self, constraint: KeyTrajectory) -> list[Task]:
+    def _trajectory(self, number: int, constraint: KeyTrajectory) -> list[Task]:
         frames, goals = self._path(constraint)
         label, rows = f"trajectory {constraint.effector}", rows_of(constraint.axes)
         found = []
         for frame, goal in zip(frames, goals, strict=True):
             body, point, _, _ = self._at(constraint.effector, frame)
-            found.append(Task(label, constraint.level, frame, body, point, goal, rows))
+            found.append(Task(number, label, constraint.level, frame, body, point, goal, rows))
         return found
 
     def _path(self, constraint: KeyTrajectory) -> tuple[list[int], FloatArray]:
