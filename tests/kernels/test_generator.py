@@ -243,7 +243,7 @@ def test_sines_are_right_over_the_whole_range_of_a_joint(greatest: float) -> Non
         residuals.residual_lanes(chain.arrays, settings, idle, timing, captures, row, gap)
         hands[row] = gap[0, 0, 0]
     circle = np.stack([np.cos(angles), np.sin(angles), np.zeros(201)], axis=1)
-    np.testing.assert_allclose(hands, circle, rtol=0, atol=5e-15)
+    np.testing.assert_allclose(hands, circle, rtol=0, atol=1e-14)
 
 
 def test_a_step_takes_no_more_arithmetic_than_is_known_to_do(human7: ChainArrays) -> None:
