@@ -11,9 +11,9 @@ from armsyn.arm import ArmDescription
 from armsyn.errors import CaptureError
 from armsyn.ik import fit_posture
 from armsyn.kernels.rollout import Captures
-from armsyn.kinematics.rotation import from_expmap
 from armsyn.motion.captures import Capture
 from armsyn.motion.resample import interpolate, uniform_times
+from armsyn.motion.retargeting import on_arm
 
 FloatArray = NDArray[np.float64]
 
@@ -56,12 +56,7 @@ class Training:
 def prepare(arm: ArmDescription, capture: Capture, rate_hz: float) -> Training:
     """Put a capture on an arm.
 
-    An arm with the capture's landmarks gets them rebuilt on its own link lengths along their
-    captured directions, from where its own first landmark is at rest, so that another body's size
-    and place are no error of the motion. An arm that
-    names only its hand gets the hand's path, turned to where the arm faces, starting (a return:
-    ending) where its own hand rests, scaled by half the ratio of reaches: a person's hand rests
-    an arm's length below the shoulder and goes up from there, an arm on a table has half of that.
+    Its landmarks are put there by `armsyn.motion.retargeting.on_arm`.
 
     Parameters
     ----------
@@ -93,10 +88,7 @@ def prepare(arm: ArmDescription, capture: Capture, rate_hz: float) -> Training:
     began = float(capture.motion.time[0])
     captured = interpolate(capture.motion.time, capture.motion.landmarks, began + time)
     _check_usable(capture.name, captured)
-    if len(arm.landmarks) == 1:
-        landmarks = _scaled_hand(arm, capture.kind, captured)
-    else:
-        landmarks = rebuild_segments(captured, segment_lengths(arm)) + _first_landmark(arm)
+    landmarks = on_arm(arm, captured, is_return=capture.kind == "return")
     fit = fit_posture(arm.chain, arm.landmark_frames, landmarks[0], arm.rest)
     if fit.residual > START_TOLERANCE_M:
         raise CaptureError(
@@ -112,45 +104,6 @@ def _check_usable(name: str, landmarks: FloatArray) -> None:
     shortest = np.linalg.norm(np.diff(landmarks, axis=1), axis=2).min(initial=np.inf)
     if landmarks.shape[1] < 2 or shortest < LEAST_SEGMENT_M:
         raise CaptureError(f"{name}: needs landmarks that are apart, for the arm's directions")
-
-
-def _scaled_hand(arm: ArmDescription, kind: str, landmarks: FloatArray) -> FloatArray:
-    person = np.linalg.norm(np.diff(landmarks[0], axis=0), axis=1).sum()
-    scale = 0.5 * arm.chain.reach / person
-    hand = landmarks[:, -1] @ from_expmap([0.0, 0.0, arm.facing]).T * scale
-    at_rest = hand[0] if kind == "reach" else hand[-1]
-    return np.asarray((hand - at_rest + arm.chain.forward(arm.rest).tip)[:, None])
-
-
-def _first_landmark(arm: ArmDescription) -> FloatArray:
-    """Where it is at rest, shape (3,), m: captured shoulders are the origin."""
-    return np.asarray(arm.chain.forward(arm.rest).positions[arm.landmark_frames[0]])
-
-
-def segment_lengths(arm: ArmDescription) -> FloatArray:
-    """Distances from each landmark of the arm to the next, shape (landmarks - 1,), m."""
-    points = arm.chain.forward(arm.rest).positions[list(arm.landmark_frames)]
-    return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
-
-
-def rebuild_segments(landmarks: FloatArray, lengths: FloatArray) -> FloatArray:
-    """Keep every segment's direction, give it another length.
-
-    Parameters
-    ----------
-    landmarks : array, shape (frames, landmarks, 3)
-        m; the first landmark stays where it is.
-    lengths : array, shape (landmarks - 1,)
-        m.
-
-    Returns
-    -------
-    array, shape (frames, landmarks, 3)
-    """
-    segments = np.diff(landmarks, axis=1)
-    directions = segments / np.linalg.norm(segments, axis=2, keepdims=True)
-    rebuilt = np.cumsum(directions * lengths[:, None], axis=1)
-    return np.concatenate([landmarks[:, :1], landmarks[:, :1] + rebuilt], axis=1)
 
 
 def as_captures(arm: ArmDescription, trainings: list[Training]) -> Captures:

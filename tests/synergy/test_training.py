@@ -5,15 +5,14 @@ import dataclasses
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from armsyn.arm import ArmDescription, load_arm
 from armsyn.errors import CaptureError
 from armsyn.motion import Motion
 from armsyn.motion.captures import Capture
-from armsyn.synergy.training import as_captures, prepare, rebuild_segments, segment_lengths
+from armsyn.motion.rebuilding import rebuild_segments
+from armsyn.synergy.training import as_captures, prepare
 
 
 def changed(capture: Capture, landmarks: np.ndarray, names: tuple[str, ...] = ()) -> Capture:
@@ -28,24 +27,6 @@ def changed(capture: Capture, landmarks: np.ndarray, names: tuple[str, ...] = ()
 def landmarks_of(capture: Capture) -> np.ndarray:
     assert capture.motion.landmarks is not None
     return np.array(capture.motion.landmarks)
-
-
-@given(seed=st.integers(0, 9999), marks=st.integers(2, 5))
-def test_rebuilding_keeps_directions_and_sets_lengths(seed: int, marks: int) -> None:
-    rng = np.random.default_rng(seed)
-    landmarks = np.cumsum(rng.normal(size=(6, marks, 3)), axis=1)
-    lengths = rng.uniform(0.05, 0.5, marks - 1)
-    rebuilt = rebuild_segments(landmarks, lengths)
-    np.testing.assert_array_equal(rebuilt[:, 0], landmarks[:, 0])
-    before, after = np.diff(landmarks, axis=1), np.diff(rebuilt, axis=1)
-    size = np.linalg.norm(after, axis=2)
-    np.testing.assert_allclose(size, np.broadcast_to(lengths, size.shape), rtol=1e-12)
-    cosine = (before * after).sum(axis=2) / np.linalg.norm(before, axis=2) / size
-    np.testing.assert_allclose(cosine, 1.0, atol=1e-12)
-
-
-def test_the_arms_lengths(human7: ArmDescription) -> None:
-    np.testing.assert_allclose(segment_lengths(human7), [0.30, 0.26, 0.10], atol=1e-12)
 
 
 def test_another_bodys_size_is_no_error(human7: ArmDescription, played: Capture) -> None:
