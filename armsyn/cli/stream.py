@@ -61,8 +61,8 @@ def stream(**options: Any) -> None:
     """Stream a trajectory or a recording to an arm.
 
     FILE is a motion with joint angles (.npz or .csv of armsyn-motion-1). Of a recording of a run,
-    what was wanted of the arm then is streamed; of one that `armsyn record` made, what was
-    measured, smoothed. The arm first goes straight to where the file starts. Both ways are checked
+    what was wanted of the arm then is streamed, and may come as near to things as it did; of one
+    that `armsyn record` made, what was measured, smoothed. The arm first goes straight to where the file starts. Both ways are checked
     as a whole (ranges, speeds, accelerations, jerk, collisions) before torque goes on. Afterwards
     the arm holds; --park puts it to rest and lets go. Ctrl-C decelerates and, if the way is
     short and checked, goes to the rest posture; a second Ctrl-C holds at once.
@@ -84,7 +84,7 @@ def stream(**options: Any) -> None:
         if options["dry_run"]:
             print_expected(replay, arm, _way_there(there, replay.motion, options), options)
             return
-        recordings = _run(there, replay.motion, options)
+        recordings = _run(there, replay, options)
     status = report(recordings, replay, arm, options)
     click.get_current_context().exit(status)
 
@@ -106,7 +106,7 @@ def _prepared(arm: ArmDescription, options: dict[str, Any]) -> Replay:
     if options["duration"] is not None:
         factor = options["duration"] / motion.duration
     motion = looped(slowed(motion, factor, rate), options["loop"], arm, rate)
-    check_trajectory(motion, arm)
+    check_trajectory(motion, arm, margin=replay.margin)
     return replay._replace(motion=motion)
 
 
@@ -124,7 +124,7 @@ def _way_there(there: Connection, motion: Motion, options: dict[str, Any]) -> Mo
     return way
 
 
-def _run(there: Connection, motion: Motion, options: dict[str, Any]) -> list[Recording]:
+def _run(there: Connection, replay: Replay, options: dict[str, Any]) -> list[Recording]:
     """Go there and stream; returns a recording of each."""
     from armsyn.cli.moving import with_progress
     from armsyn.cli.stream_report import keep
@@ -132,7 +132,7 @@ def _run(there: Connection, motion: Motion, options: dict[str, Any]) -> list[Rec
     from armsyn.driver.process import Job, run_here, run_in_process
     from armsyn.safety import check_trajectory
 
-    arm, rate = there.arm, options["rate_hz"]
+    arm, rate, motion = there.arm, options["rate_hz"], replay.motion
     park = None
     if options["park"]:
         assert motion.angles is not None  # noqa: S101 - of a replay
@@ -149,6 +149,7 @@ def _run(there: Connection, motion: Motion, options: dict[str, Any]) -> list[Rec
         accept_no_watchdog=options["accept_no_watchdog"],
         gravity=not options["no_gravity"],
         realtime=options["realtime"],
+        margin=replay.margin,
     )
     run = run_in_process if options["own_process"] else run_here
     result = with_progress(lambda on_tick: run(job, on_tick=on_tick))

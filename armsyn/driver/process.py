@@ -27,6 +27,7 @@ from armsyn.driver.signals import SIGNALS, StopRequests
 from armsyn.driver.stream import OnTick
 from armsyn.errors import ArmFaultError, ArmsynError, StopRequestedError
 from armsyn.motion import Motion
+from armsyn.safety.collision import MARGIN
 
 LISTENING = 0.05
 """Seconds between two looks at requests to stop."""
@@ -54,6 +55,8 @@ class Job:
         As `ArmSession.open`.
     gravity, realtime : bool
         As the attributes of `ArmSession`.
+    margin : float
+        m that the last motion keeps from what must not touch, as of `ArmSession.run`.
     """
 
     port: str
@@ -64,6 +67,7 @@ class Job:
     accept_no_watchdog: bool = False
     gravity: bool = True
     realtime: bool = False
+    margin: float = MARGIN
 
 
 class JobFailedError(ArmFaultError):
@@ -217,8 +221,9 @@ def _run(
     with _opened(job, stops) as session:
         session.stops, session.gravity, session.realtime = stops, job.gravity, job.realtime
         for number, (motion, park) in enumerate(job.motions, 1):
+            margin = job.margin if number == len(job.motions) else MARGIN
             try:
-                session.run(motion, park, on_tick)
+                session.run(motion, park, on_tick, margin=margin)
             except StopRequestedError as error:
                 if recordings:
                     raise _stopped_between(number, len(job.motions)) from error

@@ -1,7 +1,8 @@
-"""Recordings read back from npz files, old ones included."""
+"""Recordings read back from npz files, old ones included; of CSV, what was commanded."""
 
 from __future__ import annotations
 
+import csv
 import math
 import zipfile
 from pathlib import Path
@@ -144,3 +145,37 @@ class _Reader:
             raise FormatError(
                 f"{self._path}: '{key}' is missing or damaged: {str(error)[:80]}"
             ) from error
+
+
+def read_commanded(path: Path, joint_names: tuple[str, ...]) -> NDArray[np.float64] | None:
+    """Read what was commanded from a recording in CSV.
+
+    Parameters
+    ----------
+    path : Path
+        Which `armsyn.motion.formats.read_motion` has read already.
+    joint_names : tuple of str
+        Joints, in the order that is wanted.
+
+    Returns
+    -------
+    array, shape (frames, n), or None
+        rad; None where the file has no such columns.
+
+    Raises
+    ------
+    FormatError
+        A cell that is no number.
+    """
+    with path.open(encoding="utf-8-sig", newline="") as file:
+        rows = csv.reader(line for line in file if not line.startswith("#"))
+        header = next(rows)
+        names = [f"{name}:commanded_rad" for name in joint_names]
+        if not set(names) <= set(header):
+            return None
+        places = [header.index(name) for name in names]
+        try:
+            found = [[float(row[place] or "nan") for place in places] for row in rows if row]
+        except (ValueError, IndexError) as error:
+            raise FormatError(f"{path}: what was commanded is damaged: {error}") from error
+    return np.array(found, dtype=np.float64)

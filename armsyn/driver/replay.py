@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.driver.path import straight_way
-from armsyn.driver.recording import Recording
-from armsyn.driver.recording_load import load_recording
+from armsyn.driver.recording_load import load_recording, read_commanded
 from armsyn.errors import FormatError, InputError
 from armsyn.motion import Motion
 from armsyn.motion.filtering import low_pass
 from armsyn.motion.formats import read_motion
 from armsyn.motion.resample import MAXIMUM_SAMPLES
 from armsyn.safety import START_TOLERANCE, Closest, closest
+from armsyn.safety.collision import MARGIN, TICK_MARGIN
 
 FloatArray = NDArray[np.float64]
 
@@ -27,6 +27,9 @@ SMOOTHING = 4.0
 
 _SAME = 1e-3
 """Part of a time step by which steps of one rate may differ: files round."""
+
+_SAME_RATE = 5e-3
+"""Part of a rate by which the ticks' own time stamps, whose median is taken, may be off it."""
 
 _RECORDED = "recording of "
 """How the source of a recording's measured motion begins (`Recording.source`)."""
@@ -41,17 +44,21 @@ class Replay(NamedTuple):
         At the stream's rate, from time 0; not yet checked.
     what : str
         What it was made of, for people.
+    margin : float
+        m that it must keep from what it must not touch. What was wanted in a run kept what every
+        tick must, and so may come nearer than the samples of the motion that was planned then.
     """
 
     motion: Motion
     what: str
+    margin: float = MARGIN
 
 
 def load_replay(path: Path, arm: ArmDescription, rate: float) -> Replay:
     """Read a trajectory or a recording.
 
     A recording of a run is streamed as what was wanted of the arm then; one of an arm that was
-    only observed, or that is CSV, as what was measured, smoothed.
+    only observed as what was measured, smoothed.
 
     Parameters
     ----------
@@ -81,15 +88,16 @@ def load_replay(path: Path, arm: ArmDescription, rate: float) -> Replay:
             f"{path}: joints are {motion.joint_names}, those of {arm.name} are {arm.joint_names}"
         )
     order = [motion.joint_names.index(name) for name in arm.joint_names]
-    recording = _recording_of(path)
-    if recording is not None and np.isfinite(recording.commanded_rad).all():
-        wanted = recording.commanded_rad[:, order]
+    recorded = _wanted_of(path, motion)
+    if recorded is not None:
+        wanted, recorded_rate = recorded
         # tick by tick: the time line did not jump over ticks that were missed
-        time = np.arange(len(wanted)) / recording.rate_hz
-        return Replay(_resampled(time, wanted, arm, rate, str(path)), "what was wanted of the arm")
+        time = np.arange(len(wanted)) / recorded_rate
+        even = _resampled(time, wanted[:, order], arm, rate, str(path))
+        return Replay(even, "what was wanted of the arm", TICK_MARGIN)
     angles, time = motion.angles[:, order], motion.time - motion.time[0]
     even = _resampled(time, angles, arm, rate, str(path))
-    if recording is None and not motion.source.startswith(_RECORDED):
+    if not motion.source.startswith(_RECORDED):
         return Replay(even, "the file's angles")
     assert even.angles is not None  # noqa: S101 - of the line above
     smooth = low_pass(even.angles, rate, min(SMOOTHING, 0.4 * rate))
@@ -100,12 +108,19 @@ def load_replay(path: Path, arm: ArmDescription, rate: float) -> Replay:
     )
 
 
-def _recording_of(path: Path) -> Recording | None:
-    """The recording in a file; None where the file is only a motion."""
-    try:
-        return load_recording(path)
-    except FormatError:
-        return None
+def _wanted_of(path: Path, motion: Motion) -> tuple[FloatArray, float] | None:
+    """What a recording says was wanted, and its rate, Hz; None of what is no recording of a run."""
+    if path.suffix.lower() == ".csv":
+        wanted = read_commanded(path, motion.joint_names)
+        rate = 1.0 / float(np.median(np.diff(motion.time)))
+        rate = round(rate) if abs(rate - round(rate)) < _SAME_RATE * rate else rate
+    else:
+        try:
+            recording = load_recording(path)
+        except FormatError:
+            return None
+        wanted, rate = recording.commanded_rad, recording.rate_hz
+    return (wanted, rate) if wanted is not None and np.isfinite(wanted).all() else None
 
 
 def _resampled(

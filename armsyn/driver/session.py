@@ -61,6 +61,7 @@ from armsyn.driver.transactions import Bus
 from armsyn.errors import ArmFaultError, StopRequestedError
 from armsyn.motion import Motion
 from armsyn.safety import check_trajectory
+from armsyn.safety.collision import MARGIN
 
 FloatArray = NDArray[np.float64]
 
@@ -248,7 +249,12 @@ class ArmSession:
         return self._joints.read_posture()
 
     def run(
-        self, trajectory: Motion, park: Motion | None = None, on_tick: OnTick | None = None
+        self,
+        trajectory: Motion,
+        park: Motion | None = None,
+        on_tick: OnTick | None = None,
+        *,
+        margin: float = MARGIN,
     ) -> Recording:
         """Check a trajectory, stream it, and leave the arm as the table above says.
 
@@ -265,6 +271,8 @@ class ArmSession:
             torque goes off, unless a joint is more than 0.05 rad off rest (`Ending.PARK_MISSED`).
         on_tick : callable, optional
             Called after each tick with path time and duration, s; must return quickly.
+        margin : float
+            m that the trajectory keeps between what must not touch; every tick keeps 2 mm anyway.
 
         Returns
         -------
@@ -284,7 +292,7 @@ class ArmSession:
         """
 
         def checked(posture: FloatArray) -> Motion:
-            check_trajectory(trajectory, self.arm, posture)
+            check_trajectory(trajectory, self.arm, posture, margin=margin)
             if park is not None and trajectory.angles is not None:
                 check_trajectory(park, self.arm, trajectory.angles[-1])
             return trajectory

@@ -119,12 +119,13 @@ class Clearances:
         first, second = self.solids.names[pair]
         nearest = float(found[:, pair].min())
         what = (
-            f"would be {-nearest:.3f} m inside"
+            f"would be {-nearest:.4f} m inside {second}"
             if nearest < 0.0
-            else f"would come {nearest:.3f} m near to"
+            else f"would come {nearest * 1e3:.1f} mm near to {second}"
         )
+        kept = f", {float(self.required[pair]) * 1e3:z.1f} mm must stay" if nearest >= 0.0 else ""
         return CollisionError(
-            f"{first} {what} {second}{when}: choose another way, or mend the shapes of the arm",
+            f"{first} {what}{when}{kept}: choose another way, or mend the shapes of the arm",
             first,
             second,
             frame,

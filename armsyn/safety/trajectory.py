@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import InputError, LimitError, RefusedMotionError
-from armsyn.safety.collision import check_collision
+from armsyn.safety.collision import MARGIN, check_collision
 from armsyn.safety.limits import POSITION_TOLERANCE
 
 FloatArray = NDArray[np.float64]
@@ -57,6 +57,7 @@ def check_trajectory(
     present_posture: ArrayLike | None = None,
     *,
     start_tolerance: float = START_TOLERANCE,
+    margin: float = MARGIN,
 ) -> None:
     """Refuse a trajectory that the arm must not follow.
 
@@ -75,6 +76,8 @@ def check_trajectory(
         Where the arm is, rad (or m); not checked when it is not given.
     start_tolerance : float
         rad (or m).
+    margin : float
+        m to keep between what must not touch.
 
     Raises
     ------
@@ -94,7 +97,7 @@ def check_trajectory(
         _check_start(angles[0], present_posture, arm, start_tolerance)
     _check_range(motion.time, angles, arm)
     _check_rates(motion.time, angles, step, arm)
-    collision = check_collision(angles, arm, time=motion.time, leaving=True)
+    collision = check_collision(angles, arm, margin, time=motion.time, leaving=True)
     if collision is not None:
         raise collision
 

@@ -1,14 +1,17 @@
 """Files that are made ready to be streamed."""
 
+import dataclasses
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from armsyn.arm import ArmDescription
-from armsyn.driver import save_recording, straight_way
+from armsyn.arm.shapes import PlaneDescription
+from armsyn.driver import Ending, save_recording, straight_way
 from armsyn.driver.replay import approach, expect, load_replay, looped, slowed
-from armsyn.errors import InputError
+from armsyn.errors import CollisionError, InputError
 from armsyn.motion import Motion
 from armsyn.motion.formats import write_motion
 from armsyn.safety import check_trajectory
@@ -46,22 +49,60 @@ def test_joints_in_another_order_are_sorted(
     assert angles_of(replay.motion) == pytest.approx(angles_of(way), abs=1e-9)
 
 
-def test_of_a_recording_what_was_wanted_is_streamed(stepped: SteppedArm, tmp_path: Path) -> None:
+@pytest.mark.parametrize("suffix", [".npz", ".csv"])
+def test_of_a_recording_what_was_wanted_is_streamed(
+    stepped: SteppedArm, tmp_path: Path, suffix: str
+) -> None:
     session, way = stepped.session(), stepped.way(0.4, 0.0, 0.0, 0.5)
     stepped.at(0.2, lambda: stepped.clock.advance(0.012))  # two ticks are missed
     recording = session.run(way)
     assert recording.missed_ticks
-    save_recording(tmp_path / "run.npz", recording, stepped.description)
-    replay = load_replay(tmp_path / "run.npz", stepped.description, 200.0)
+    save_recording(tmp_path / f"run{suffix}", recording, stepped.description)
+    replay = load_replay(tmp_path / f"run{suffix}", stepped.description, 200.0)
     assert replay.what == "what was wanted of the arm"
     assert angles_of(replay.motion) == pytest.approx(recording.commanded_rad, abs=1e-9)
     check_trajectory(replay.motion, stepped.description)
+
+
+def wall_at(distance: float, way: Motion, arm: ArmDescription) -> ArmDescription:
+    """The arm before a wall that the way comes as near to."""
+    walled = msgspec.structs.replace(
+        arm, plane=(PlaneDescription("wall", (2.0, 0.0, 0.0), (-1.0, 0.0, 0.0)),)
+    )
+    pairs = [row for row, pair in enumerate(walled.solids.names) if "wall" in pair]
+    nearest = walled.solids.clearances(angles_of(way))[:, pairs].min() - distance
+    wall = PlaneDescription("wall", (2.0 - float(nearest), 0.0, 0.0), (-1.0, 0.0, 0.0))
+    return msgspec.structs.replace(arm, plane=(wall,))
+
+
+def test_what_a_run_came_near_to_may_be_come_near_to_again(
+    stepped: SteppedArm, tmp_path: Path
+) -> None:
+    """Goals between a plan's samples come a little nearer than these, and were judged as goals."""
+    out = stepped.way(0.4, 0.0, 0.0, 0.5)
+    recording = stepped.session().run(out)
+    save_recording(tmp_path / "run.csv", recording, stepped.description)
+    write_motion(tmp_path / "way.npz", out)
+    back = straight_way(angles_of(out)[-1], stepped.description.rest, stepped.description, 200.0)
+    stepped.session().run(back)
+    stepped.description = arm = wall_at(0.0048, out, stepped.description)
+    plain = load_replay(tmp_path / "way.npz", arm, 200.0)
+    with pytest.raises(CollisionError, match=r"4\.8 mm near to wall .* 5\.0 mm must stay"):
+        check_trajectory(plain.motion, arm, margin=plain.margin)
+    again = load_replay(tmp_path / "run.csv", arm, 200.0)
+    check_trajectory(again.motion, arm, margin=again.margin)
+    session = stepped.session()
+    with pytest.raises(CollisionError):
+        session.run(again.motion)
+    assert session.run(again.motion, margin=again.margin).ending is Ending.COMPLETED
 
 
 def test_what_was_measured_is_smoothed_until_it_can_be_streamed(
     stepped: SteppedArm, tmp_path: Path
 ) -> None:
     recording = stepped.session().run(stepped.way(0.3, 0.0, 0.0, 0.4))
+    observed = np.full_like(recording.commanded_rad, np.nan)  # as `armsyn record` leaves it
+    recording = dataclasses.replace(recording, commanded_rad=observed)
     save_recording(tmp_path / "run.csv", recording, stepped.description)
     replay = load_replay(tmp_path / "run.csv", stepped.description, 200.0)
     assert "smoothed" in replay.what
