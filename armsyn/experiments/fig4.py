@@ -109,7 +109,8 @@ _NOTE = (
     "change: of the mean from S_A to S_C. The paper's means are other people's reaches (no unit"
     " given; taken as cm); which of 2.15 and 2.26 is J^T's follows its order of naming. Earlier"
     " study: the same reaches, lambda 20, 2 and 1 per second, a small budget of differential"
-    " evolution."
+    " evolution. How far NJ^T steps is left open by the paper; here in proportion to the task"
+    " error, so that it converges: its means need not be those of another reading."
 )
 
 
