@@ -16,13 +16,9 @@ PAPER_GAINS = {"jt": -0.34, "svd": -0.66, "njt": -0.47}
 """Change of the mean distance from S_A to S_C, the text to its figure 4."""
 PAPER_MEANS_OF_C_M = {"jt": 0.0215, "svd": 0.0171, "njt": 0.0226}
 
-GOALS = {"jt": -0.34, "svd": -0.60, "njt": -0.47}
-"""Change from S_A to S_C that is wanted of HuG-MP here."""
 GOAL_SPEED_R = 0.93
 """Correlation of the hand's speed under S_C that is wanted on garza."""
 
-EARLIER_RATES = {"svd": 2.0, "jt": 20.0, "njt": 1.0}
-"""lambda of the earlier study, 1/s; differential evolution with a small budget."""
 EARLIER_MEANS_M = {
     "hug_mp": {
         "svd": {"A": 0.0379, "B": 0.0258, "C": 0.0136, "D": 0.0116},
@@ -35,4 +31,5 @@ EARLIER_MEANS_M = {
         "njt": {"A": 0.0772, "B": 0.0590, "C": 0.0455, "D": 0.0403},
     },
 }
-"""Mean over the same 14 reaches, with other joint limits on garza."""
+"""Mean over the same 14 reaches, on garza with other joint limits: differential evolution with a
+small budget, lambda 2, 20 and 1 per second for SVD, J^T and NJ^T."""
