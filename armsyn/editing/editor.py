@@ -52,7 +52,7 @@ class Editor:
         figure = model.figure
         captured = figure.poses(clip)
         self._base = unwrapped_poses(captured, figure.turns, model.mean[0])
-        self.coefficients = model.coefficients(clip)
+        self.coefficients = model.coefficients_of(clip.time, captured)
         """The clip's own, whitened, shape (m,)."""
         self._maker = TaskMaker(figure.tree, self._base)
         self._solver = LatentSolver(model, self._base, clip.time, self.coefficients, self._options)

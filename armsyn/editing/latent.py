@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from armsyn.editing.bounded import Bounds
 from armsyn.editing.constraints import Task
 from armsyn.editing.pattern.model import MotionModel
+from armsyn.editing.pattern.timing import phases
 from armsyn.editing.problem import Problem
 from armsyn.editing.solving import SolverOptions, solve
 from armsyn.errors import InputError
@@ -65,7 +66,7 @@ class LatentSolver:
     ) -> None:
         self._model, self._base, self._options = model, base, options
         self._scale = np.ones(model.size) if options.whiten else model.sigma
-        self._directions = model.directions_at(time) / self._scale[:, None]
+        self._phases = phases(time, model.frames)
         self._rest = self._resting(coefficients)
         self._bounds = self._limits()
 
@@ -73,33 +74,41 @@ class LatentSolver:
         """Solve tasks at any frames by one change for the whole motion."""
         zero = np.zeros(self._model.size)
         if not tasks:
-            return self._replayed(np.tile(zero, (len(self._base), 1)), 0)
+            return self._replayed(zero, 0)
         found = solve(self._problem(tasks), zero, self._options, self._rest, self._bounds)
-        return self._replayed(np.tile(found.x, (len(self._base), 1)), found.iterations)
+        return self._replayed(found.x, found.iterations)
 
     def key_trajectory(self, tasks: Sequence[Task], start: Bent) -> Bent:
         """Solve tasks frame by frame, each from the one change that `start` makes.
 
         Frames without tasks keep that change, so the tasks must be eased in and out.
         """
-        x = start.added * self._scale
-        steps = start.iterations
+        change, added, steps = start.change.copy(), start.added.copy(), start.iterations
         for frame in sorted({task.frame for task in tasks}):
             here = self._problem([task for task in tasks if task.frame == frame])
-            found = solve(here, x[frame], self._options, self._rest, self._bounds)
-            x[frame] = found.x
+            first = start.added[frame] * self._scale
+            found = solve(here, first, self._options, self._rest, self._bounds)
+            change[frame] = here.pose(frame, found.x) - self._base[frame]
+            added[frame] = found.x / self._scale
             steps += found.iterations
-        return self._replayed(x, steps)
+        return Bent(change, added, steps)
 
     def _problem(self, tasks: Sequence[Task]) -> Problem:
-        frames = {task.frame for task in tasks}
+        frames = sorted({task.frame for task in tasks})
         base = {frame: self._base[frame] for frame in frames}
-        directions = {frame: self._directions[frame] for frame in frames}
-        return Problem(self._model.figure.tree, tasks, base, directions)
+        directions = self._directions(self._phases[frames])
+        along = dict(zip(frames, directions, strict=True))
+        return Problem(self._model.figure.tree, tasks, base, along)
+
+    def _directions(self, at: FloatArray) -> FloatArray:
+        """Pose changes a unit of the unknowns, (instants,) to (instants, m, n)."""
+        return self._model.directions_at(at) / self._scale[:, None]
 
     def _replayed(self, x: FloatArray, iterations: int) -> Bent:
-        change = np.einsum("fm,fmn->fn", x, self._directions)
-        return Bent(change, x / self._scale, iterations)
+        """The whole motion of one change."""
+        added = x / self._scale
+        change = self._model.change_at(added, self._phases)
+        return Bent(change, np.tile(added, (len(change), 1)), iterations)
 
     def _resting(self, own: FloatArray) -> FloatArray | None:
         """Where the free coefficients go, as unknowns."""
@@ -119,7 +128,7 @@ class LatentSolver:
         if not limited.size:
             return None
         q = self._model.size
-        G = self._directions[:, :, limited].transpose(0, 2, 1).reshape(-1, q)
+        G = self._directions(self._phases)[:, :, limited].transpose(0, 2, 1).reshape(-1, q)
         above = np.maximum(figure.upper[limited] - base[:, limited], 0.0).ravel()
         below = np.maximum(base[:, limited] - figure.lower[limited], 0.0).ravel()
         return Bounds(np.concatenate([G, -G]), np.concatenate([above, below]))

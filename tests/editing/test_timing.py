@@ -65,3 +65,9 @@ def test_unwrapping_starts_where_it_is_told() -> None:
 def test_what_needs_no_unwrapping_keeps_its_bits() -> None:
     path = np.cumsum(np.random.default_rng(2).normal(scale=0.05, size=(60, 4, 3)), axis=0)
     assert unwrapped(path).tobytes() == path.tobytes()
+
+
+def test_a_motion_that_is_normalised_already_keeps_its_bits() -> None:
+    poses = np.random.default_rng(3).normal(size=(7, 5))
+    found = normalised_poses(np.linspace(0.2, 0.8, 7), poses, TURNS, 7)
+    assert found.tobytes() == poses.tobytes()

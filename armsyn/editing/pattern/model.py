@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from armsyn.editing.figure import Clip, Figure
 from armsyn.editing.pattern.branches import unwrapped_poses
-from armsyn.editing.pattern.timing import normalised_poses, phases
+from armsyn.editing.pattern.timing import normalised_poses
 from armsyn.errors import PatternError
 
 FloatArray = NDArray[np.float64]
@@ -128,32 +128,46 @@ class MotionModel:
         PatternError
             When the clip is of another figure.
         """
-        figure = self.figure
-        poses = normalised_poses(clip.time, figure.poses(clip), figure.turns, self.frames)
-        poses = unwrapped_poses(poses, figure.turns, self.mean[0])
+        return self.coefficients_of(clip.time, self.figure.poses(clip))
+
+    def coefficients_of(self, time: FloatArray, poses: FloatArray) -> FloatArray:
+        """Return the whitened coefficients of poses, shape (captured, n), at times, s."""
+        turns = self.figure.turns
+        poses = normalised_poses(time, poses, turns, self.frames)
+        poses = unwrapped_poses(poses, turns, self.mean[0])
         away = ((poses - self.mean) * self.weights).ravel()
         return np.asarray(self.components.reshape(self.size, -1) @ away / self.sigma)
 
-    def directions_at(self, time: FloatArray) -> FloatArray:
-        """Return the pose changes at a clip's instants, linear between normalised frames.
+    def directions_at(self, at: FloatArray) -> FloatArray:
+        """Return the pose changes at phases of the motion, linear between its frames.
 
         Parameters
         ----------
-        time : array, shape (captured,)
-            s; the first and last are those of the whole movement.
+        at : array, shape (instants,)
+            In frames of the normalised motion (`pattern.timing.phases`).
 
         Returns
         -------
-        array, shape (captured, m, n)
+        array, shape (instants, m, n)
             rad and m a standard deviation.
         """
-        at = phases(time, self.frames)
-        left = np.clip(at.astype(np.int64), 0, self.frames - 2)
-        share = (at - left)[:, None, None]
-        over_time = self.directions.swapaxes(0, 1)
-        if time.size == self.frames and np.abs(share - np.round(share)).max() < 1e-9:
-            return np.ascontiguousarray(over_time)
-        return np.asarray((1.0 - share) * over_time[left] + share * over_time[left + 1])
+        return _between_frames(self.directions.swapaxes(0, 1), at)
+
+    def change_at(self, added: FloatArray, at: FloatArray) -> FloatArray:
+        """Return what adding whitened coefficients, shape (m,), changes at phases.
+
+        Parameters
+        ----------
+        added : array, shape (m,)
+        at : array, shape (instants,)
+            As `directions_at`.
+
+        Returns
+        -------
+        array, shape (instants, n)
+            rad and m.
+        """
+        return _between_frames(np.tensordot(added, self.directions, 1), at)
 
     def nearest_example(self, coefficients: FloatArray) -> tuple[str, float]:
         """Return the example nearest to coefficients, shape (m,), and how far it is, sigma."""
@@ -162,3 +176,10 @@ class MotionModel:
         gaps = np.linalg.norm(self.examples - coefficients, axis=1)
         nearest = int(np.argmin(gaps))
         return self.names[nearest], float(gaps[nearest])
+
+
+def _between_frames(values: FloatArray, at: FloatArray) -> FloatArray:
+    """Interpolate values, shape (frames, ...), linearly at phases; frames themselves are exact."""
+    left = np.clip(at.astype(np.int64), 0, len(values) - 2)
+    share = (at - left).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray((1.0 - share) * values[left] + share * values[left + 1])

@@ -9,6 +9,8 @@ from armsyn.kinematics import quaternion
 from armsyn.motion.resample import interpolate
 
 FloatArray = NDArray[np.float64]
+_ROUNDING = 1e-9
+"""Frames; what stamps so near to a whole frame are off by is rounding."""
 
 
 def normalised_poses(
@@ -34,18 +36,21 @@ def normalised_poses(
     Returns
     -------
     array, shape (frames, n)
-        Exponential maps no longer than pi: unwrap them.
+        Exponential maps on any branch: unwrap them.
     """
+    if time.size == frames and np.array_equal(phases(time, frames), np.arange(frames)):
+        return np.array(poses)
     at = np.linspace(time[0], time[-1], frames)
-    found = interpolate(time, poses, at)
-    if not turns.size:
-        return found
+    found = np.empty((frames, poses.shape[1]))
     columns = turns[:, None] + np.arange(3)
-    path = quaternion.sign_continuous(quaternion.from_expmap(poses[:, columns]))
-    left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
-    share = np.clip((at - time[left]) / (time[left + 1] - time[left]), 0.0, 1.0)
-    turned = quaternion.slerp(path[left], path[left + 1], share[:, None])
-    found[:, columns] = quaternion.to_expmap(turned)
+    straight = np.delete(np.arange(poses.shape[1]), columns)
+    found[:, straight] = interpolate(time, poses[:, straight], at)
+    if turns.size:
+        path = quaternion.sign_continuous(quaternion.from_expmap(poses[:, columns]))
+        left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
+        share = np.clip((at - time[left]) / (time[left + 1] - time[left]), 0.0, 1.0)
+        turned = quaternion.slerp(path[left], path[left + 1], share[:, None])
+        found[:, columns] = quaternion.to_expmap(turned)
     return found
 
 
@@ -63,4 +68,6 @@ def phases(time: FloatArray, frames: int) -> FloatArray:
     -------
     array, shape (captured,)
     """
-    return np.asarray((time - time[0]) / (time[-1] - time[0]) * (frames - 1))
+    at = (time - time[0]) / (time[-1] - time[0]) * (frames - 1)
+    whole = np.round(at)
+    return np.asarray(np.where(np.abs(at - whole) < _ROUNDING, whole, at))
