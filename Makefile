@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench soak fuzz reaches learn clean
+.PHONY: help demo test lint bench soak stateful fuzz reaches learn clean
 
 help:  ## what there is
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
@@ -32,6 +32,9 @@ bench: $(VENV)/.test  ## speed, memory and success rates, side by side in one ru
 
 soak: $(VENV)/.run  ## a million bus cycles on simulated servos while things go wrong (ten minutes)
 	$(BIN)/python tests/benchmarks/soak.py
+
+stateful: $(VENV)/.test  ## 10,000 random steps of driver, arm and operator, each end judged (20 minutes)
+	$(BIN)/python tests/benchmarks/stateful.py --steps 10000
 
 MINUTES ?= 30
 fuzz: $(VENV)/.run  ## hostile bytes against simulated servos, for MINUTES=30
