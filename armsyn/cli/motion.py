@@ -9,6 +9,7 @@ import click
 _COMMANDS = {
     "convert": "Write the motion of the file IN as the file OUT; its suffix says the format.",
     "info": "Show what is in a motion FILE: rate, joints, landmarks, gaps, glitches.",
+    "retarget": "Put the arm of a captured motion on a described arm's link lengths.",
     "segment": "Find the movements in motions, and say which are usable reaches.",
 }
 """Each command with the first line of its help; the module of each is ``motion_NAME``."""
