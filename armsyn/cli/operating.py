@@ -32,12 +32,16 @@ consent_option = click.option(
     is_flag=True,
     help="Also move servos that do not stop by themselves when this program dies.",
 )
+own_process_option = click.option(
+    "--own-process", is_flag=True, help="Move the arm in a process that this one cannot hold up."
+)
 
 __all__ = [
     "arm_options",
     "ask",
     "consent_option",
     "fall_text",
+    "own_process_option",
     "present_arm",
     "print_json",
     "rate_option",

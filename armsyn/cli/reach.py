@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -19,11 +19,13 @@ from armsyn.cli.arm_options import (
     started,
 )
 from armsyn.cli.choices import IKS, MODELS
+from armsyn.cli.operating import own_process_option
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
-    from armsyn.driver import ArmSession, Recording
-    from armsyn.motion import FloatArray
+    from armsyn.driver import Recording
+    from armsyn.driver.stillness import Watched
+    from armsyn.motion import FloatArray, Motion
     from armsyn.planning import PlannedReach, ReachPlanner
 
 
@@ -48,6 +50,16 @@ class Done:
     out: PlannedReach
     back: PlannedReach | None
     recording: Recording
+
+
+class _Plan(NamedTuple):
+    """What a reach is to be, from a start."""
+
+    start: FloatArray
+    out: PlannedReach
+    back: PlannedReach | None
+    trajectory: Motion
+    park: Motion | None
 
 
 @click.command()
@@ -106,6 +118,7 @@ class Done:
 @click.option(
     "--realtime", is_flag=True, help="Ask the system for real-time scheduling while the arm moves."
 )
+@own_process_option
 def reach(**options: Any) -> None:
     """Reach a target as a person would, on a real or simulated arm.
 
@@ -183,67 +196,77 @@ def _say_port(arm: ArmDescription, port: str, *, simulated: bool, options: dict[
 
 
 def _reach(planner: ReachPlanner, port: str, options: dict[str, Any], *, simulated: bool) -> Done:
-    import numpy as np
+    run = _in_process if options["own_process"] else _in_session
+    return run(planner, port, options, simulated=simulated)
 
-    from armsyn.driver import ArmSession, still_posture, straight_way
-    from armsyn.planning import joined
 
-    arm, rate = planner.arm, options["rate_hz"]
-    consent = options["accept_no_watchdog"]
+def _in_session(
+    planner: ReachPlanner, port: str, options: dict[str, Any], *, simulated: bool
+) -> Done:
+    """Plan and run; keep what was recorded also when a fault ends it."""
+    from armsyn.cli.moving import with_progress
+    from armsyn.cli.stream_report import keep
+    from armsyn.driver import ArmSession
+
+    arm, consent = planner.arm, options["accept_no_watchdog"]
     with ArmSession.open(
-        port, arm, rate, simulated=simulated, accept_no_watchdog=consent
+        port, arm, options["rate_hz"], simulated=simulated, accept_no_watchdog=consent
     ) as session:
         session.gravity, session.realtime = not options["no_gravity"], options["realtime"]
-        start = still_posture(session)
-        out = planner.plan(start, np.array(options["target"]))
-        trajectory, back = out.trajectory, None
-        if options["come_back"]:
-            assert trajectory.angles is not None  # noqa: S101 - planned
-            back = planner.plan(trajectory.angles[-1], arm.chain.forward(start).tip)
-            trajectory = joined(trajectory, back.trajectory)
-        park = None
-        if options["park"]:
-            assert trajectory.angles is not None  # noqa: S101 - planned
-            park = straight_way(trajectory.angles[-1], arm.rest, arm, rate)
-        recording = _run(session, trajectory, park, options)
-        return Done(arm, start, out, back, recording)
-
-
-def _run(session: ArmSession, trajectory: Any, park: Any, options: dict[str, Any]) -> Recording:
-    """Run with a progress bar; keep what was recorded also when a fault ends it."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    with ExitStack() as stack:
-        bar = Progress(console=console, transient=True, auto_refresh=False)
-        if console.is_terminal:
-            stack.enter_context(bar)
-        task = bar.add_task("moving", total=1.0)
-        shown = 0.0
-
-        def show(path_time: float, duration: float) -> None:
-            nonlocal shown
-            if path_time - shown >= 0.2:  # a terminal must not cost ticks
-                shown = path_time
-                bar.update(task, completed=path_time / duration, refresh=True)
-
+        plan = _planned(planner, session, options)
         try:
-            return session.run(trajectory, park, show if console.is_terminal else None)
+            recording = with_progress(lambda show: session.run(plan.trajectory, plan.park, show))
         except BaseException:
-            if session.recording is not None and options["record"]:
-                _save_what_there_is(options["record"], session.recording, session.arm)
+            keep(() if session.recording is None else (session.recording,), arm, options)
             raise
+    return Done(arm, plan.start, plan.out, plan.back, recording)
 
 
-def _save_what_there_is(path: Path, recording: Recording, arm: ArmDescription) -> None:
-    """Keep the recording of a run that failed; what it failed of is the error to end with."""
-    from armsyn.driver import save_recording
-    from armsyn.errors import InputError
+def _in_process(
+    planner: ReachPlanner, port: str, options: dict[str, Any], *, simulated: bool
+) -> Done:
+    """Plan from where the arm is, and run in a process of its own."""
+    from armsyn.cli.moving import with_progress
+    from armsyn.cli.stream_report import keep
+    from armsyn.driver import ArmMonitor
+    from armsyn.driver.process import Job, run_in_process
 
-    try:
-        save_recording(path, recording, arm)
-    except InputError as error:
-        click.echo(f"nothing recorded: {error}", err=True)
-    else:
-        click.echo(f"what was recorded until then: {path}", err=True)
+    arm = planner.arm
+    with ArmMonitor.open(port, arm) as monitor:
+        plan = _planned(planner, monitor, options)
+    job = Job(
+        port,
+        arm,
+        options["rate_hz"],
+        ((plan.trajectory, plan.park),),
+        simulated=simulated,
+        accept_no_watchdog=options["accept_no_watchdog"],
+        gravity=not options["no_gravity"],
+        realtime=options["realtime"],
+    )
+    result = with_progress(lambda show: run_in_process(job, on_tick=show))
+    if result.error is not None:
+        keep(result.recordings, arm, options)
+        raise result.error
+    return Done(arm, plan.start, plan.out, plan.back, result.recordings[-1])
+
+
+def _planned(planner: ReachPlanner, watched: Watched, options: dict[str, Any]) -> _Plan:
+    """Plan from where the arm is: there, perhaps back, perhaps to rest."""
+    import numpy as np
+
+    from armsyn.driver import still_posture, straight_way
+    from armsyn.planning import joined
+
+    arm, start = planner.arm, still_posture(watched)
+    out = planner.plan(start, np.array(options["target"]))
+    trajectory, back = out.trajectory, None
+    if options["come_back"]:
+        assert trajectory.angles is not None  # noqa: S101 - planned
+        back = planner.plan(trajectory.angles[-1], arm.chain.forward(start).tip)
+        trajectory = joined(trajectory, back.trajectory)
+    park = None
+    if options["park"]:
+        assert trajectory.angles is not None  # noqa: S101 - planned
+        park = straight_way(trajectory.angles[-1], arm.rest, arm, options["rate_hz"])
+    return _Plan(start, out, back, trajectory, park)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from armsyn.cli.arm_options import arm_of, arm_options, connected
-from armsyn.cli.operating import consent_option
+from armsyn.cli.operating import consent_option, own_process_option
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
@@ -53,19 +53,18 @@ if TYPE_CHECKING:
 @click.option(
     "--realtime", is_flag=True, help="Ask the system for real-time scheduling while the arm moves."
 )
-@click.option(
-    "--own-process", is_flag=True, help="Move the arm in a process that this one cannot hold up."
-)
+@own_process_option
 @consent_option
 def stream(**options: Any) -> None:
     """Stream a trajectory or a recording to an arm.
 
     FILE is a motion with joint angles (.npz or .csv of armsyn-motion-1). Of a recording of a run,
     what was wanted of the arm then is streamed, and may come as near to things as it did; of one
-    that `armsyn record` made, what was measured, smoothed. The arm first goes straight to where the file starts. Both ways are checked
-    as a whole (ranges, speeds, accelerations, jerk, collisions) before torque goes on. Afterwards
-    the arm holds; --park puts it to rest and lets go. Ctrl-C decelerates and, if the way is
-    short and checked, goes to the rest posture; a second Ctrl-C holds at once.
+    that `armsyn record` made, what was measured, smoothed. The arm first goes straight to where the
+    file starts. Both ways are checked as a whole (ranges, speeds, accelerations, jerk, collisions)
+    before torque goes on. Afterwards the arm holds; --park puts it to rest and lets go. Ctrl-C
+    decelerates and, if the way is short and checked, goes to the rest posture; a second Ctrl-C
+    holds at once.
 
     --dry-run without --port looks at the file and the arm's description only; with it, at the way
     from where the arm is, too.

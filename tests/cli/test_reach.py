@@ -10,7 +10,7 @@ import pytest
 from matplotlib.image import imread
 
 from armsyn.arm import load_arm
-from armsyn.driver import Ending
+from armsyn.driver import Ending, load_recording
 from armsyn.motion.formats import read_motion
 from tests.cli.commands import Outcome, run
 from tests.kinematics.oracle import Oracle
@@ -65,6 +65,16 @@ def test_the_measured_reach_is_a_persons(call: Call) -> None:
     assert 0.25 < document["time_to_peak"] < 0.65
     assert document["min_jerk_r"] > 0.6
     assert document["captured_r"] > 0.85
+
+
+def test_the_arm_is_moved_by_a_process_of_its_own(call: Call, tmp_path: Path) -> None:
+    record = tmp_path / "reach.npz"
+    said = call("reach", *TARGET, "--own-process", "--rate", "50", "--record", record, "--json")
+    assert said.status == 0, said.err
+    document = said.document
+    assert document["hand_error_m"] < 0.005
+    assert document["ending"] == Ending.COMPLETED.value
+    assert load_recording(record).ticks == document["ticks"]
 
 
 def test_there_and_back_with_recording_and_plot(call: Call, tmp_path: Path) -> None:
