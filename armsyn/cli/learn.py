@@ -51,7 +51,8 @@ if TYPE_CHECKING:
 @click.option(
     "--budget",
     type=click.IntRange(min=1),
-    help="Roll-outs for each reach, optimiser and model  [default: 1000]",
+    help="Roll-outs for each reach, optimiser and model"
+    "  [default: 1000; for annealing what its schedule asks for]",
 )
 @click.option("--population", type=click.IntRange(min=1), help="Of --learner annealing.")
 @click.option("--generations", type=click.IntRange(min=1), help="Over which its steps shrink.")

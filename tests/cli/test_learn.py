@@ -75,7 +75,7 @@ def test_ctrl_c_keeps_what_is_finished_and_resume_learns_the_rest(
     call: Call, tmp_path: Path, workers: str
 ) -> None:
     out, whole = tmp_path / "made.json", tmp_path / "whole.json"
-    usual = ("learn", "--captures", "hug_mp:S01", "--arm", "hug_mp4", "--budget", "2000")
+    usual = ("learn", "--captures", "hug_mp:S01", "--arm", "hug_mp4", "--budget", "1000")
     with started(*usual, "--workers", workers, "--out", out, "--json", hook=LEARNING) as process:
         assert next_line(process) == "learning"
         process.send_signal(signal.SIGINT)
