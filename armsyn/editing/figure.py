@@ -87,7 +87,7 @@ class Figure(ABC):
 
     @abstractmethod
     def with_poses(self, clip: Clip, poses: FloatArray) -> Clip:
-        """Return a clip with other poses, shape (frames, n); equal ones give the same bits."""
+        """Return a clip with other poses, shape (frames, n)."""
 
 
 class SkeletonFigure(Figure):
@@ -121,8 +121,6 @@ class SkeletonFigure(Figure):
         """Return the body's motion with other poses, on the figure's skeleton."""
         if not isinstance(clip, BodyMotion):
             raise PatternError(f"{clip.source or 'motion'}: has no skeleton, but the pattern does")
-        if np.array_equal(poses, self.poses(clip)):
-            return clip
         count, translations = self.skeleton.joints, None
         if self.moving:
             translations = np.zeros((clip.frames, count, 3))
@@ -157,14 +155,14 @@ class ChainFigure(Figure):
     def poses(self, clip: Clip) -> FloatArray:
         """Return the chain's joints of a motion with angles, by their names."""
         motion, columns = self._columns(clip)
-        assert motion.angles is not None  # noqa: S101 - _columns has looked
-        return np.ascontiguousarray(motion.angles[:, columns])
+        angles = np.array(motion.angles)[:, columns]
+        if not np.isfinite(angles).all():
+            raise PatternError(f"{clip.source or 'motion'}: its joint angles are not all finite")
+        return angles
 
     def with_poses(self, clip: Clip, poses: FloatArray) -> Clip:
         """Return the motion with other angles; landmarks of the chain's bodies follow."""
         motion, columns = self._columns(clip)
-        if np.array_equal(poses, self.poses(clip)):
-            return motion
         angles = np.array(motion.angles)
         angles[:, columns] = poses
         known = [name for name in motion.landmark_names if name in self.tree.bodies]

@@ -68,14 +68,14 @@ class LatentSolver:
         self._scale = np.ones(model.size) if options.whiten else model.sigma
         self._phases = phases(time, model.frames)
         self._rest = self._resting(coefficients)
-        self._bounds = self._limits()
 
     def key_frame(self, tasks: Sequence[Task]) -> Bent:
         """Solve tasks at any frames by one change for the whole motion."""
         zero = np.zeros(self._model.size)
         if not tasks:
             return self._replayed(zero, 0)
-        found = solve(self._problem(tasks), zero, self._options, self._rest, self._bounds)
+        bounds = self._limits(range(len(self._base)))
+        found = solve(self._problem(tasks), zero, self._options, self._rest, bounds)
         return self._replayed(found.x, found.iterations)
 
     def key_trajectory(self, tasks: Sequence[Task], start: Bent) -> Bent:
@@ -87,7 +87,7 @@ class LatentSolver:
         for frame in sorted({task.frame for task in tasks}):
             here = self._problem([task for task in tasks if task.frame == frame])
             first = start.added[frame] * self._scale
-            found = solve(here, first, self._options, self._rest, self._bounds)
+            found = solve(here, first, self._options, self._rest, self._limits([frame]))
             change[frame] = here.pose(frame, found.x) - self._base[frame]
             added[frame] = found.x / self._scale
             steps += found.iterations
@@ -121,14 +121,14 @@ class LatentSolver:
             wanted = own if options.toward == "clip" else np.zeros_like(own)
         return None if wanted is None else (wanted - own) * self._scale
 
-    def _limits(self) -> Bounds | None:
-        """The joints' limits at all frames; where the clip itself is beyond, it may not go on."""
-        figure, base = self._model.figure, self._base
+    def _limits(self, frames: Sequence[int]) -> Bounds | None:
+        """The joints' limits at frames; where the clip itself is beyond, it may not go on."""
+        figure, base = self._model.figure, self._base[list(frames)]
         limited = np.flatnonzero(np.isfinite(figure.lower) | np.isfinite(figure.upper))
         if not limited.size:
             return None
-        q = self._model.size
-        G = self._directions(self._phases)[:, :, limited].transpose(0, 2, 1).reshape(-1, q)
+        along = self._directions(self._phases[list(frames)])[:, :, limited]
+        G = along.transpose(0, 2, 1).reshape(-1, self._model.size)
         above = np.maximum(figure.upper[limited] - base[:, limited], 0.0).ravel()
         below = np.maximum(base[:, limited] - figure.lower[limited], 0.0).ravel()
         return Bounds(np.concatenate([G, -G]), np.concatenate([above, below]))

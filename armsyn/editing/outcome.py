@@ -55,7 +55,7 @@ class Outcome:
         residuals = self._residuals(tasks, after)
         bodies = self._figure.tree.bodies
         return EditResult(
-            clip=self._figure.with_poses(self._clip, self._on_own_branches(after, change)),
+            clip=self._edited(after, change),
             original=self._clip,
             figure=self._figure,
             before=self._base,
@@ -68,6 +68,12 @@ class Outcome:
             coefficients=coefficients,
             nearest=nearest,
         )
+
+    def _edited(self, after: FloatArray, change: FloatArray) -> Clip:
+        poses = self._on_own_branches(after, change)
+        if np.array_equal(poses, self._captured):
+            return self._clip
+        return self._figure.with_poses(self._clip, poses)
 
     def _on_own_branches(self, after: FloatArray, change: FloatArray) -> FloatArray:
         """Return poses on the captured branches; what did not change keeps its very bits."""

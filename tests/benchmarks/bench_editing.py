@@ -3,8 +3,8 @@
 The golf case of the second paper on captured swings: 132 frames, 21 joints, 98 % of the variance,
 the hands moved at the hit (frame 94) with both feet held; the joint space gets the same goals as
 key-trajectories over the whole swing. Both run on the same compiled kinematics to the same
-tolerance. Also 35 full-body reaches learned. A loop of fixed arithmetic says how fast the machine
-is at the moment.
+tolerance. Also 35 full-body reaches learned. Limits on times are for a machine that runs the
+calibration loop in 2.5 ms, and grow with it.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from armsyn.motion.body import BodyMotion
 
 FRAMES, HIT = 132, 94
 INTERACTIVE_S, LEARN_S, RATIO = 0.016, 2.0, 34.0
+CALIBRATION_S = 0.0025
 BY = (0.0, 0.03, 0.0)
 FEET = [Effector("left_ankle"), Effector("right_ankle")]
 HAND = Effector("left_wrist")
@@ -51,7 +52,7 @@ def timed(function: Callable[[], object], repeats: int) -> float:
 
 
 def calibration() -> float:
-    """Return how long a fixed loop of small numpy calls takes, s: 5 ms on an idle core of 2023."""
+    """Return how long a fixed loop of small numpy calls takes, s."""
     values = np.linspace(0.0, 1.0, 100)
 
     def loop() -> None:
@@ -117,10 +118,11 @@ def main() -> int:
     ratio = rows["PIK, key-trajectory"] / rows["LPIK, key-frame (editor ready)"]
     whole = rows["PIK, key-trajectory"] / rows["LPIK, key-frame (from the clip)"]
     print(f"{'PIK / LPIK':34}{ratio:10.1f}, with the clip's preparation {whole:.1f}")
+    slow = max(1.0, rows["calibration loop"] / CALIBRATION_S)
     met = (
         ratio >= RATIO
-        and rows["LPIK, key-frame (editor ready)"] < INTERACTIVE_S
-        and rows["learn 35 reaches"] < LEARN_S
+        and rows["LPIK, key-frame (from the clip)"] < INTERACTIVE_S * slow
+        and rows["learn 35 reaches"] < LEARN_S * slow
     )
     print("limits met" if met else "LIMITS MISSED")
     return 0 if met else 1

@@ -320,6 +320,19 @@ def test_an_arms_reach_is_bent_inside_its_limits() -> None:
     assert met >= 4
 
 
+def test_an_arms_path_is_bent_inside_its_limits() -> None:
+    figure, clips = arm_clips("koch")
+    model = learn_model(clips, figure=figure, frames=40, variance=1.0)
+    for clip in clips:
+        path = KeyTrajectory(Effector("tip"), (Key(25, (0.0, 0.1, 0.1)),), True, 15, 14)
+        edited = edit_motion(clip, model, [path], force=True).clip
+        assert isinstance(edited, Motion)
+        assert edited.angles is not None
+        assert (edited.angles >= figure.lower - 1e-12).all()
+        assert (edited.angles <= figure.upper + 1e-12).all()
+        np.testing.assert_array_equal(edited.angles[:10], clip.angles[:10])  # type: ignore[index]
+
+
 def test_an_arms_null_edit_is_the_very_motion() -> None:
     figure, clips = arm_clips("koch")
     model = learn_model(clips, figure=figure, frames=40)

@@ -1,5 +1,6 @@
 """Scenes in TOML: everything they may say, and what is refused by its place."""
 
+import contextlib
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from armsyn.editing import Key, KeyFrame, KeyTrajectory, Orientation, Pin, SolverOptions
 from armsyn.editing.scene import TEMPLATE, load_scene, parse_scene
-from armsyn.errors import ArmsynError, ConstraintError, FormatError
+from armsyn.errors import ArmsynError, ConstraintError, FormatError, InputError
 from armsyn.kinematics.rotation import from_expmap
 
 HEAD = 'schema = "armsyn-scene-1"\n'
@@ -100,7 +101,5 @@ def test_a_missing_or_binary_file_is_refused(tmp_path: Path) -> None:
 @given(st.text(max_size=60))
 def test_any_text_is_a_scene_or_refused(text: str) -> None:
     for whole in (text, HEAD + text, HEAD + KEY + text):
-        try:
+        with contextlib.suppress(InputError):
             parse_scene(whole)
-        except ArmsynError as error:
-            assert error.exit_status == 2

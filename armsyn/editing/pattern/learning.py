@@ -8,11 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.editing.figure import Clip, Figure, figure_of
+from armsyn.editing.figure import Clip, Figure, SkeletonFigure, figure_of
 from armsyn.editing.pattern.branches import unwrapped_poses
 from armsyn.editing.pattern.model import MotionModel
 from armsyn.editing.pattern.timing import normalised_poses
-from armsyn.errors import PatternError
+from armsyn.editing.sharing import moving_joints, retargeted, translations_on
+from armsyn.errors import PatternError, SkeletonMismatchError
 from armsyn.motion.body import BodyMotion
 
 FloatArray = NDArray[np.float64]
@@ -33,6 +34,7 @@ def learn_model(
     variance: float = 0.98,
     components: int | None = None,
     radians_per_metre: float = RADIANS_PER_METRE,
+    retarget: bool = False,
     seed: int = 0,
 ) -> MotionModel:
     """Learn a motion pattern.
@@ -51,6 +53,8 @@ def learn_model(
         How many to keep, instead.
     radians_per_metre : float
         What a metre counts against a radian.
+    retarget : bool
+        Whether motions of other skeletons are first brought onto the figure's, joint by joint.
     seed : int
         Kept in the model; learning draws nothing.
 
@@ -67,6 +71,8 @@ def learn_model(
     """
     if len(clips) < FEWEST:
         raise PatternError(f"{len(clips)} motions: a pattern needs at least {FEWEST}")
+    if retarget:
+        clips = _on_one_skeleton(clips, figure)
     figure = figure or figure_of([_body(clip) for clip in clips])
     count = int(np.median([clip.frames for clip in clips])) if frames is None else frames
     _check_options(count, variance, radians_per_metre)
@@ -97,6 +103,19 @@ def _body(clip: Clip) -> BodyMotion:
     if not isinstance(clip, BodyMotion):
         raise PatternError(f"{clip.source or 'motion'}: has no skeleton: say of which arm it is")
     return clip
+
+
+def _on_one_skeleton(clips: Sequence[Clip], figure: Figure | None) -> list[Clip]:
+    bodies = [_body(clip) for clip in clips]
+    skeleton = figure.skeleton if isinstance(figure, SkeletonFigure) else bodies[0].skeleton
+    found: list[Clip] = []
+    for body in bodies:
+        try:
+            translations_on(body, skeleton, moving_joints([body], skeleton))
+            found.append(body)
+        except SkeletonMismatchError:
+            found.append(retargeted(body, skeleton))
+    return found
 
 
 def _check_options(frames: int, variance: float, radians_per_metre: float) -> None:
