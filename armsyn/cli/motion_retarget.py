@@ -114,14 +114,14 @@ def _as_captured(
             raise InputError("--from takes the described arm's landmarks: leave out the others")
         other = load_arm(options["of_arm"], options["calibration"], calibrated=False)
         said = {"landmarks": f"by the joint angles of {other.name}", "trunk": "none"}
-        return arm_of_angles(take.motion, other), said
+        return arm_of_angles(take.motion, other), {**take.facts, **said}
     if options["pairs"]:
         return _found(take, _points(options["pairs"]), chest)
     kind = known_layout(names)
     if kind is not None:
         points, own_chest = LAYOUTS[kind]
         motion, facts = _found(take, dict(points), chest or own_chest)
-        return motion, {"layout": f"{kind} (recognised)", **facts}
+        return motion, {**facts, "layout": f"{kind} (recognised)"}
     if chest:
         raise InputError("--chest: say with --landmark, too, what the arm's landmarks are")
     if not set(arm.landmarks) <= set(take.motion.landmark_names):
@@ -131,7 +131,7 @@ def _as_captured(
             f" NAME=POINT), or whose joint angles it has (--from ARM); there are {shown}"
         )
     trunk = "removed when it was captured" if take.cut else "kept but for the shoulder's moving"
-    return take.motion, {"landmarks": "as they are named", "trunk": trunk}
+    return take.motion, {**take.facts, "landmarks": "as they are named", "trunk": trunk}
 
 
 def _points(pairs: tuple[str, ...]) -> dict[str, str]:
@@ -152,6 +152,7 @@ def _found(take: Take, points: dict[str, str], chest: str | None) -> tuple[Motio
     from armsyn.motion.landmarks import arm_of_body, arm_of_markers
 
     facts = {
+        **take.facts,
         "landmarks": ", ".join(f"{name}={point}" for name, point in points.items()),
         "trunk": f"removed by the frame of {chest}"
         if chest

@@ -23,6 +23,8 @@ class Take(NamedTuple):
     """Whether its last landmark is known to be the end effector."""
     cut: bool
     """Whether it is a captured reach, cut and on an arm's landmarks already."""
+    facts: dict[str, str]
+    """What its reader found or assumed: unit, rate, axis up."""
 
 
 def all_takes(source: str, options: dict[str, Any]) -> list[Take]:
@@ -56,7 +58,7 @@ def all_takes(source: str, options: dict[str, Any]) -> list[Take]:
         if any(value is not None for value in given.values()):
             raise InputError(f"{source}: captures need no options of files: leave them out")
         return [
-            Take(capture.name, capture.motion, None, hand_last=True, cut=True)
+            Take(capture.name, capture.motion, None, hand_last=True, cut=True, facts={})
             for capture in load_captures(source)
         ]
     return list(_of_file(source, given))
@@ -82,6 +84,7 @@ def _of_file(source: str, given: dict[str, Any]) -> Iterator[Take]:
             reading.body,
             hand_last=reading.body is None and not markers,
             cut=False,
+            facts=reading.facts,
         )
 
 
@@ -91,4 +94,4 @@ def _of_hug_mp(path: Path) -> Iterator[Take]:
 
     for key, motion in read_hug_mp(path).items():
         name = ".".join(str(number) for number in key)
-        yield Take(f"{path}#{name}", motion, None, hand_last=True, cut=False)
+        yield Take(f"{path}#{name}", motion, None, hand_last=True, cut=False, facts={})
