@@ -21,6 +21,7 @@ COMMANDS = {
     "bands": "Compute bands of human-likeness from CAPTURES, for `armsyn score --bands`.",
     "calibrate": "Find how one real arm is assembled, while you move it by hand.",
     "clear": "Clear what a fault left on an arm, so that it may move again.",
+    "edit": "Learn the pattern of motions, and bend one to constraints without leaving it.",
     "experiment": "Repeat a figure of the first paper on captured reaches.",
     "find-port": "Find the serial port that an arm is plugged into.",
     "grip": "Open or close the gripper, to a width or until it holds something.",

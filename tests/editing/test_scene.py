@@ -20,8 +20,10 @@ KEY = '[[key_frame]]\nbody = "hand"\nframe = 3\nby = [0, 0.05, 0]\n'
 def uncommented(text: str) -> str:
     """The template with its commented examples switched on."""
     lines = text.splitlines()
-    marks = ("# [[", "# body", "# point", "# frame", "# turned", "# level", "# axes", "# by_deg")
-    marks += ("# relative", "# keys", "# ease", "# tension", "# continuity", "# bias")
+    names = (
+        "[[ body point frame turned level axes by_deg relative keys ease tension continuity bias"
+    )
+    marks = tuple(f"# {name}" for name in names.split())
     return "\n".join(line[2:] if line.startswith(marks) else line for line in lines)
 
 
@@ -54,7 +56,8 @@ def test_every_part_arrives() -> None:
     assert isinstance(pin, Pin)
     assert (pin.frames, pin.turned, pin.level) == ((0, 1), True, 2)
     assert isinstance(turn, Orientation)
-    np.testing.assert_allclose(turn.rotation, from_expmap([0, 0, np.pi / 2]))
+    assert turn.rotation is not None
+    np.testing.assert_allclose(turn.rotation, from_expmap(np.array([0, 0, np.pi / 2])))
     assert isinstance(path, KeyTrajectory)
     assert path.keys == (Key(1, (0, 0, 1)),)
     assert (path.ease_in, path.ease_out, path.relative) == (3, 4, True)

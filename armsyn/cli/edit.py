@@ -1,0 +1,23 @@
+"""`armsyn edit`: learn the pattern of motions, and bend one to constraints without leaving it."""
+
+from __future__ import annotations
+
+import click
+
+from armsyn.cli.edit_apply import apply
+from armsyn.cli.edit_learn import learn
+from armsyn.cli.edit_template import template
+
+
+@click.group()
+def edit() -> None:
+    """Learn the pattern of motions, and bend one to constraints without leaving it.
+
+    From Carvalho, Boulic and Thalmann, Interactive low-dimensional human motion synthesis by
+    combining motion models and PIK: for whole bodies as captured, and for recorded reaches of
+    arms.
+    """
+
+
+for command in (apply, learn, template):
+    edit.add_command(command)

@@ -1,0 +1,231 @@
+"""`armsyn edit apply`: one clip bent to constraints, checked, scored and written."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from armsyn.arm import ArmDescription
+    from armsyn.editing import Constraint, EditResult, KeyFrame, MotionModel, SolverOptions
+    from armsyn.editing.report import Scored
+
+_FILE = click.Path(path_type=Path, dir_okay=False)
+_TRIPLE = (float, float, float)
+
+
+@click.command()
+@click.argument("clip")
+@click.option("--model", "model_path", type=_FILE, required=True, help="Of armsyn edit learn.")
+@click.option(
+    "--scene", type=_FILE, metavar="TOML", help="Constraints; armsyn edit template writes one."
+)
+@click.option("--point", metavar="BODY", help="One more key-frame: of this body, or BODY:X,Y,Z.")
+@click.option("--frame", type=int, help="At this frame; negative from the end  [default: -1]")
+@click.option("--to", nargs=3, type=_TRIPLE, metavar="X Y Z", help="Goes there, m.")
+@click.option("--by", nargs=3, type=_TRIPLE, metavar="X Y Z", help="Is moved by that, m.")
+@click.option("--level", type=click.IntRange(min=1), help="Its priority  [default: 1]")
+@click.option("--pin", "pins", multiple=True, metavar="BODY", help="Stays; repeatable.")
+@click.option(
+    "--out",
+    type=_FILE,
+    required=True,
+    metavar="FILE",
+    help="A body's .bvh, .npz or .csv (positions); an arm's .npz or .csv.",
+)
+@click.option("--latent", type=_FILE, metavar="FILE.json", help="Write the latent variables, too.")
+@click.option("--report", "page", type=_FILE, metavar="FILE.html", help="Write a page about it.")
+@click.option("--plot", type=_FILE, metavar="FILE.png", help="Draw before and after.")
+@click.option("--force", is_flag=True, help="However far from the examples it leads.")
+@click.option(
+    "--calibration",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="The only folder to look for the arm in.",
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def apply(**options: Any) -> None:
+    """Bend CLIP to constraints without leaving the pattern of MODEL.
+
+    CLIP is one movement, as for `armsyn edit learn`. An arm's comes out from rest to rest, within
+    its description's ranges, speeds and accelerations and free of collisions, or not at all; it
+    can be streamed then. What is left of the clip that the pattern does not hold stays as it is.
+    Exit status 4, nothing written: too far from the examples, or unsafe.
+    """
+    from armsyn.cli.edit_clips import load_clip
+    from armsyn.editing import Editor, load_model
+    from armsyn.editing.report import score_edit
+
+    _check_outputs(options)
+    model = load_model(options["model_path"])
+    arm = _arm_of(model, options)
+    _check_suffix(options["out"], arm)
+    constraints, solver = _asked(options)
+    clip = load_clip(options["clip"], arm)
+    result = Editor(clip, model, solver).edit(constraints, force=options["force"])
+    notes = [] if arm is None else _safe(result, arm)
+    scored = score_edit(result)
+    _write(result, model, scored, solver.coefficient_bound, notes, options)
+    _tell(result, scored, notes, options)
+
+
+def _check_outputs(options: dict[str, Any]) -> None:
+    from armsyn.cli.learn_plot import checked_plot
+    from armsyn.errors import InputError
+
+    if options["plot"] is not None:
+        checked_plot(options["plot"])
+    given = [options[key] for key in ("out", "latent", "page", "plot") if options[key] is not None]
+    for path in given:
+        if not path.parent.is_dir():
+            raise InputError(f"{path}: no folder {path.parent}")
+    if len({path.resolve() for path in given}) < len(given):
+        raise InputError("--out, --latent, --report and --plot need files of their own")
+
+
+def _arm_of(model: MotionModel, options: dict[str, Any]) -> ArmDescription | None:
+    from armsyn.editing import ChainFigure
+    from armsyn.errors import InputError
+
+    if not isinstance(model.figure, ChainFigure):
+        return None
+    from armsyn.arm import load_arm
+
+    arm = load_arm(model.figure.name, options["calibration"], calibrated=False)
+    own, learned = arm.chain, model.figure.chain
+    if (own.joints, own.tip_xyz, own.tip_rpy) != (learned.joints, learned.tip_xyz, learned.tip_rpy):
+        raise InputError(
+            f"{options['model_path']}: learned for another description of {arm.name}: learn again"
+        )
+    return arm
+
+
+def _check_suffix(out: Path, arm: ArmDescription | None) -> None:
+    from armsyn.errors import InputError
+
+    known = (".bvh", ".npz", ".csv") if arm is None else (".npz", ".csv")
+    if out.suffix.lower() not in known:
+        raise InputError(f"{out}: an edited clip of this kind is written as {', '.join(known)}")
+
+
+def _asked(options: dict[str, Any]) -> tuple[list[Constraint], SolverOptions]:
+    """Return the constraints of scene and command line, and the scene's solver."""
+    from armsyn.editing import Pin, SolverOptions
+    from armsyn.editing.scene import load_scene
+    from armsyn.errors import InputError
+
+    constraints: list[Constraint] = []
+    solver = SolverOptions()
+    if options["scene"] is not None:
+        scene = load_scene(options["scene"])
+        constraints, solver = list(scene.constraints), scene.options
+    if options["point"] is not None:
+        constraints.append(_key_frame(options))
+    elif any(options[key] is not None for key in ("frame", "to", "by", "level")):
+        raise InputError("--frame, --to, --by and --level say what --point does: give --point")
+    if not constraints:
+        raise InputError("nothing is asked for: give --scene, or --point with --to or --by")
+    return constraints + [Pin(_effector(text)) for text in options["pins"]], solver
+
+
+def _key_frame(options: dict[str, Any]) -> KeyFrame:
+    from armsyn.editing import KeyFrame
+
+    return KeyFrame(
+        _effector(options["point"]),
+        -1 if options["frame"] is None else options["frame"],
+        options["to"],
+        options["by"],
+        options["level"] or 1,
+    )
+
+
+def _effector(text: str) -> Any:
+    from armsyn.editing import Effector
+    from armsyn.errors import ConstraintError
+
+    body, colon, place = text.rpartition(":")
+    if not colon:
+        return Effector(text)
+    try:
+        x, y, z = (float(number) for number in place.split(","))
+    except ValueError:
+        raise ConstraintError(f"{text!r}: give a body, or BODY:X,Y,Z in metres") from None
+    return Effector(body, (x, y, z))
+
+
+def _safe(result: EditResult, arm: ArmDescription) -> list[str]:
+    """Refuse what the arm must not follow; say how it was before."""
+    from armsyn.errors import RefusedMotionError
+    from armsyn.motion import Motion
+    from armsyn.safety import check_trajectory
+
+    assert isinstance(result.clip, Motion)  # noqa: S101 - of an arm
+    assert isinstance(result.original, Motion)  # noqa: S101
+    check_trajectory(dataclasses.replace(result.clip, source="edited"), arm)
+    try:
+        check_trajectory(result.original, arm)
+    except RefusedMotionError as error:
+        return [f"Safe for {arm.name}; the original was not: {error}."]
+    return [f"Safe for {arm.name}: ranges, speeds, accelerations, jerk, collisions."]
+
+
+def _write(
+    result: EditResult,
+    model: MotionModel,
+    scored: Scored,
+    bound: float,
+    notes: list[str],
+    options: dict[str, Any],
+) -> None:
+    import json
+
+    from armsyn.editing.page import write_page
+    from armsyn.editing.pictures import save_picture
+    from armsyn.editing.report import latent_as_dict
+    from armsyn.motion.body import BodyMotion
+    from armsyn.motion.formats import write_body, write_motion
+    from armsyn.motion.formats.files import replacing
+
+    out, clip = options["out"], result.clip
+    if isinstance(clip, BodyMotion) and out.suffix.lower() != ".csv":
+        write_body(out, clip)
+    else:
+        write_motion(out, clip.as_motion() if isinstance(clip, BodyMotion) else clip)
+    if options["latent"] is not None:
+        text = json.dumps(latent_as_dict(result, model), indent=1, allow_nan=False)
+        with replacing(options["latent"]) as temporary:
+            temporary.write_text(text + "\n", encoding="utf-8")
+    if options["page"] is not None:
+        write_page(options["page"], result, scored, bound, notes)
+    if options["plot"] is not None:
+        save_picture(options["plot"], result, bound)
+
+
+def _tell(result: EditResult, scored: Scored, notes: list[str], options: dict[str, Any]) -> None:
+    from armsyn.editing.report import edit_as_dict, figure_rows
+
+    written = {key: options[key] for key in ("out", "latent", "page", "plot")}
+    if options["as_json"]:
+        import json
+
+        files = {key: None if path is None else str(path) for key, path in written.items()}
+        document = edit_as_dict(result, scored) | {"notes": notes, "files": files}
+        click.echo(json.dumps(document, indent=2, allow_nan=False))
+        return
+    if not result.success:
+        click.echo("not every constraint is met: see what each level misses", err=True)
+    for what, value in figure_rows(result):
+        click.echo(f"{what}: {value}")
+    if scored.score is None:
+        click.echo(f"after against before: no score: {scored.refusal}")
+    else:
+        distance = 100 * scored.score.comparison.held_distance
+        click.echo(f"after against before: held distance {distance:.2f} cm")
+    for note in notes:
+        click.echo(note)
+    for path in filter(None, written.values()):
+        click.echo(f"wrote {path}")
