@@ -18,6 +18,7 @@ from armsyn.editing.constraints import (
     Pin,
 )
 from armsyn.editing.editor import Editor, edit_in_joint_space, edit_motion
+from armsyn.editing.feet import FootMotion
 from armsyn.editing.figure import ChainFigure, Clip, Effector, Figure, SkeletonFigure, figure_of
 from armsyn.editing.pattern.files import load_model, save_model
 from armsyn.editing.pattern.learning import learn_model
@@ -35,6 +36,7 @@ __all__ = [
     "Editor",
     "Effector",
     "Figure",
+    "FootMotion",
     "Key",
     "KeyFrame",
     "KeyTrajectory",

@@ -1,8 +1,9 @@
-"""How far feet slide where they stood."""
+"""How far feet slide and lift where they stood."""
 
 from __future__ import annotations
 
 import re
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,26 @@ STILL_M_S = 0.2
 """Nor is it faster than this, m/s."""
 
 
-def foot_slide(
+class FootMotion(NamedTuple):
+    """What a foot does while it stands in the original clip, m.
+
+    Attributes
+    ----------
+    slide_before, slide_after : float
+        Greatest horizontal departure from where a stance began.
+    lift : float
+        Greatest height gained or lost by the edit.
+    """
+
+    slide_before: float
+    slide_after: float
+    lift: float
+
+
+def standing_feet(
     bodies: tuple[str, ...], time: FloatArray, before: FloatArray, after: FloatArray
-) -> dict[str, tuple[float, float]]:
-    """Greatest horizontal departure of feet from where each stance of the original began.
+) -> dict[str, FootMotion]:
+    """Follow the feet of an edited clip through the stances of the original.
 
     Parameters
     ----------
@@ -31,16 +48,19 @@ def foot_slide(
 
     Returns
     -------
-    dict of str to (float, float)
-        Of each foot that ever stands in the original: slide before and after, m.
+    dict of str to FootMotion
+        Of each foot that ever stands in the original.
     """
     found = {}
     for place, name in enumerate(bodies):
-        if not _FOOT.search(name):
-            continue
-        stances = _stances(time, before[:, place])
+        stances = _stances(time, before[:, place]) if _FOOT.search(name) else []
         if stances:
-            found[name] = (_slide(before[:, place], stances), _slide(after[:, place], stances))
+            lifted = np.abs(after[:, place, 2] - before[:, place, 2])
+            found[name] = FootMotion(
+                _slide(before[:, place], stances),
+                _slide(after[:, place], stances),
+                max(float(lifted[stance].max()) for stance in stances),
+            )
     return found
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.editing.feet import foot_slide
+from armsyn.editing.feet import FootMotion, standing_feet
 from armsyn.editing.figure import Clip, Figure
 from armsyn.motion.body import BodyMotion
 
@@ -107,9 +107,14 @@ class EditResult:
         rows = [self.figure.tree.body(name) for name in self.constrained]
         return float(np.linalg.norm(after[0, rows] - before[0, rows], axis=-1).max(initial=0.0))
 
+    @cached_property
+    def feet(self) -> dict[str, FootMotion]:
+        """How far each foot slides and lifts while it stands; empty without feet."""
+        if not isinstance(self.original, BodyMotion):
+            return {}
+        return standing_feet(self.figure.tree.bodies, self.original.time, *self.positions)
+
     @property
     def foot_slide_m(self) -> dict[str, tuple[float, float]] | None:
         """How far each foot slides while it stands, before and after, m; None without feet."""
-        if not isinstance(self.original, BodyMotion):
-            return None
-        return foot_slide(self.figure.tree.bodies, self.original.time, *self.positions) or None
+        return {name: (f.slide_before, f.slide_after) for name, f in self.feet.items()} or None

@@ -15,7 +15,7 @@ from armsyn.editing import (
     edit_in_joint_space,
     edit_motion,
 )
-from armsyn.editing.feet import foot_slide
+from armsyn.editing.feet import standing_feet
 from armsyn.motion.body import BodyMotion
 from armsyn.motion.motion import Motion
 from tests.editing.conftest import made_clip
@@ -89,6 +89,8 @@ def test_feet_that_slide_are_measured_where_they_stood() -> None:
     before[10:21, 0, 2] = 0.3 * np.sin(np.linspace(0, np.pi, 11))  # a step up and down
     before[:, 1] = [0, 0, 1.5]
     after = before + np.array([[[0.2, 0.0, 0.0]]])  # moved as a whole: no slide
-    after[25:, 0, 1] += 0.03  # and slides aside while it stands again
-    found = foot_slide(("left_toe", "head"), time, before, after)
-    assert found == {"left_toe": (0.0, np.float64(0.03))}
+    after[25:, 0] += [0.0, 0.03, -0.01]  # and slides aside and sinks while it stands again
+    after[15, 0, 2] += 0.2  # higher in the air: no lift
+    found = standing_feet(("left_toe", "head"), time, before, after)
+    assert list(found) == ["left_toe"]
+    np.testing.assert_allclose(found["left_toe"], [0.0, 0.03, 0.01], atol=1e-12)

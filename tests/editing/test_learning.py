@@ -223,8 +223,14 @@ def test_damaged_models_are_refused(made_model: MotionModel, tmp_path: Path) -> 
             load_model(path)
     path.write_bytes(msgspec.json.encode(header))
     table = tmp_path / "model.components.csv"
-    table.write_text(table.read_text()[:-40])
-    with pytest.raises(FormatError, match="not a motion model"):
+    whole = table.read_text()
+    lines = whole.splitlines(keepends=True)
+    for damaged in (whole[:-4000], "".join([lines[0], lines[2], lines[1], *lines[3:]]), "\n"):
+        table.write_text(damaged)
+        with pytest.raises(FormatError, match="in order"):
+            load_model(path)
+    table.write_text(whole.replace(lines[1].split(",")[2], "nan", 1))
+    with pytest.raises(FormatError, match="finite"):
         load_model(path)
     table.unlink()
     with pytest.raises(FormatError, match=r"components\.csv"):

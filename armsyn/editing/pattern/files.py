@@ -126,7 +126,7 @@ def load_model(path: Path | str) -> MotionModel:
             return _model(header, *_read_table(_table(path), header))
     except FormatError:
         raise
-    except (msgspec.DecodeError, InputError, ValueError, OSError) as error:
+    except (msgspec.DecodeError, csv.Error, InputError, ValueError, OSError) as error:
         raise FormatError(f"{path}: not a motion model: {error}") from error
     raise FormatError(f"{path}: a model is kept as .npz or .json")
 
@@ -223,9 +223,12 @@ def _write_table(path: Path, model: MotionModel) -> None:
 def _read_table(path: Path, header: _Header) -> tuple[FloatArray, FloatArray]:
     check_size(path, LARGEST_TEXT)
     with path.open(newline="", encoding="utf-8") as file:
-        reader = csv.reader(file, strict=True)
-        next(reader)
-        numbers = np.array([row[2:] for row in reader], dtype=np.float64)
+        rows = list(csv.reader(file, strict=True))[1:]
+    columns = _figure(header.figure).tree.columns
+    places = [[str(frame), name] for frame in range(header.frames) for name in columns]
+    if [row[:2] for row in rows] != places:
+        raise InputError(f"{path.name} does not go through the frames and columns in order")
+    numbers = np.array([row[2:] for row in rows], dtype=np.float64)
     m = len(header.sigma)
     table = numbers.reshape(header.frames, -1, 1 + m)
     return np.ascontiguousarray(table[..., 0]), np.ascontiguousarray(
