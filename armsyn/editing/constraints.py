@@ -21,7 +21,13 @@ FloatArray = NDArray[np.float64]
 Triple = tuple[float, float, float]
 
 
+FARTHEST_M = 1e4
+"""A goal farther than this from the origin is a mistake, m."""
+
+
 def _check(effector: Effector, level: int, axes: str = "xyz") -> None:
+    if not isinstance(effector, Effector):
+        raise ConstraintError(f"{effector!r} is not an Effector: name a body and a point on it")
     if not isinstance(level, int) or level < 1:
         raise ConstraintError(f"{effector}: level {level}: the first priority is 1")
     if not axes or set(axes) - set("xyz") or len(set(axes)) != len(axes):
@@ -29,8 +35,13 @@ def _check(effector: Effector, level: int, axes: str = "xyz") -> None:
 
 
 def _check_triple(effector: Effector, value: Triple | None, what: str) -> None:
-    if value is not None and (np.shape(value) != (3,) or not np.isfinite(value).all()):
-        raise ConstraintError(f"{effector}: {what} is three finite numbers, not {value}")
+    if value is None:
+        return
+    # Not within: NaN is not, either
+    if np.shape(value) != (3,) or not (np.abs(value) <= FARTHEST_M).all():
+        raise ConstraintError(
+            f"{effector}: {what} is three numbers within {FARTHEST_M:g}, not {value}"
+        )
 
 
 @dataclass(frozen=True)

@@ -75,9 +75,9 @@ def priority_step(
     q = levels[0].J.shape[1]
     step, P = np.zeros(q), np.eye(q)
     for J, error in levels:
-        U, s, V = np.linalg.svd(J if P is None else J @ P, full_matrices=False)
-        whole = float(np.linalg.norm(J, 2)) if step.any() else float(s[0])
-        kept = s > RANK * whole if whole > 0.0 else np.zeros_like(s, dtype=np.bool_)
+        U, s, V = np.linalg.svd(J @ P, full_matrices=False)
+        whole = float(np.linalg.norm(J, 2))
+        kept = s > RANK * whole
         U, s, V = U[:, kept], s[kept], V[kept]
         xi = damping.value * whole if damping.relative else damping.value
         step = step + V.T @ (s / (s * s + xi * xi) * (U.T @ (error - J @ step)))

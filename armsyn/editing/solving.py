@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Self
+from typing import Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from armsyn.editing.problem import Problem
 from armsyn.errors import InputError
 
 FloatArray = NDArray[np.float64]
+DampingUnit = Literal["relative", "metre", "centimetre"]
 _STALLED = 1e-9
 """A step of the unknowns (standard deviations, rad) below which nothing moves any more."""
 
@@ -56,7 +57,7 @@ class SolverOptions:
 
     iterations: int = 100
     damping: float = 0.01
-    damping_unit: Literal["relative", "metre", "centimetre"] = "relative"
+    damping_unit: DampingUnit = "relative"
     whiten: bool = True
     tolerance: float = 1e-6
     longest: float = 0.1
@@ -70,6 +71,10 @@ class SolverOptions:
             raise InputError(f"{self.iterations} iterations: give at least one")
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError(f"damping {self.damping:g} is negative or not finite")
+        if self.damping_unit not in get_args(DampingUnit):
+            raise InputError(
+                f"damping unit '{self.damping_unit}': {', '.join(get_args(DampingUnit))}"
+            )
         for name in ("tolerance", "longest", "coefficient_bound"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"{name} {getattr(self, name):g} is not positive")

@@ -60,9 +60,9 @@ class TaskMaker:
 
     def _frame(self, effector: Effector, frame: int) -> int:
         count = len(self._poses)
-        if not -count <= frame < count:
+        if int(frame) != frame or not -count <= frame < count:
             raise ConstraintError(f"{effector}: frame {frame} is outside the clip's 0..{count - 1}")
-        return frame % count
+        return int(frame) % count
 
     def _at(self, effector: Effector, frame: int) -> tuple[int, FloatArray, FloatArray, FloatArray]:
         """Return the body, the point in it, and where the clip has both."""

@@ -52,12 +52,26 @@ class Tree(NamedTuple):
 
 
 @kernel
-def exponential(w: FloatArray, R: FloatArray) -> None:
-    """Fill R = exp([w]x), shape (3, 3), by Rodrigues' formula."""
+def _fill(first: float, second: float, w: FloatArray, M: FloatArray) -> None:
+    """Fill M = I + first [w]x + second [w]x^2."""
     x = w[0]
     y = w[1]
     z = w[2]
-    square = x * x + y * y + z * z
+    M[0, 0] = 1.0 - second * (y * y + z * z)
+    M[1, 1] = 1.0 - second * (x * x + z * z)
+    M[2, 2] = 1.0 - second * (x * x + y * y)
+    M[0, 1] = second * x * y - first * z
+    M[1, 0] = second * x * y + first * z
+    M[0, 2] = second * x * z + first * y
+    M[2, 0] = second * x * z - first * y
+    M[1, 2] = second * y * z - first * x
+    M[2, 1] = second * y * z + first * x
+
+
+@kernel
+def exponential(w: FloatArray, R: FloatArray) -> None:
+    """Fill R = exp([w]x), shape (3, 3), by Rodrigues' formula."""
+    square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
     if square < 1e-8:
         first = 1.0 - square / 6.0
         second = 0.5 - square / 24.0
@@ -66,15 +80,7 @@ def exponential(w: FloatArray, R: FloatArray) -> None:
         half = math.sin(0.5 * angle)
         first = math.sin(angle) / angle
         second = 2.0 * half * half / square
-    R[0, 0] = 1.0 - second * (y * y + z * z)
-    R[1, 1] = 1.0 - second * (x * x + z * z)
-    R[2, 2] = 1.0 - second * (x * x + y * y)
-    R[0, 1] = second * x * y - first * z
-    R[1, 0] = second * x * y + first * z
-    R[0, 2] = second * x * z + first * y
-    R[2, 0] = second * x * z - first * y
-    R[1, 2] = second * y * z - first * x
-    R[2, 1] = second * y * z + first * x
+    _fill(first, second, w, R)
 
 
 @kernel
@@ -84,10 +90,7 @@ def left_jacobian(w: FloatArray, L: FloatArray) -> None:
     L = I + (1 - cos a) / a^2 [w]x + (a - sin a) / a^3 [w]x^2 (Sola, Deray and Atchuthan,
     "A micro Lie theory", eq. 145), by its Taylor series near zero.
     """
-    x = w[0]
-    y = w[1]
-    z = w[2]
-    square = x * x + y * y + z * z
+    square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
     if square < 1e-4:
         first = 0.5 - square / 24.0 * (1.0 - square / 30.0)
         second = 1.0 / 6.0 - square / 120.0 * (1.0 - square / 42.0)
@@ -96,15 +99,7 @@ def left_jacobian(w: FloatArray, L: FloatArray) -> None:
         half = math.sin(0.5 * angle)
         first = 2.0 * half * half / square
         second = (angle - math.sin(angle)) / (square * angle)
-    L[0, 0] = 1.0 - second * (y * y + z * z)
-    L[1, 1] = 1.0 - second * (x * x + z * z)
-    L[2, 2] = 1.0 - second * (x * x + y * y)
-    L[0, 1] = second * x * y - first * z
-    L[1, 0] = second * x * y + first * z
-    L[0, 2] = second * x * z + first * y
-    L[2, 0] = second * x * z - first * y
-    L[1, 2] = second * y * z - first * x
-    L[2, 1] = second * y * z + first * x
+    _fill(first, second, w, L)
 
 
 @kernel

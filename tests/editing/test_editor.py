@@ -227,6 +227,16 @@ def test_pins_hold_while_a_trajectory_moves(made_model: MotionModel) -> None:
     assert result.level_errors[2] < 1e-6
 
 
+def test_pins_that_take_all_freedom_leave_the_clip(
+    reaches: list[BodyMotion], reach_model: MotionModel
+) -> None:
+    ankle = Effector("JtAnkleLf")
+    ways = [Pin(WRIST), Pin(ankle), KeyFrame(WRIST, -1, by=(0, 0.05, 0), level=2)]
+    result = edit_motion(reaches[3], reach_model, ways)
+    assert result.level_errors[1] < 1e-6
+    assert result.level_errors[2] == pytest.approx(0.05, abs=1e-6)
+
+
 def test_free_coefficients_go_toward_a_style(made_model: MotionModel) -> None:
     clip, goal = made_clip(56), [KeyFrame(HAND, 20, by=(0.02, 0.0, 0.0))]
     style = tuple(made_model.examples[2].tolist())
@@ -257,6 +267,7 @@ def test_a_goal_far_outside_is_refused_with_how_far(
         (KeyFrame(HAND, 30, by=(0, 0, 0.1)), r"frame 30 is outside the clip's 0\.\.29"),
         (KeyFrame(Effector("tail"), 3, by=(0, 0, 0.1)), "no body 'tail'"),
         (Pin(FOOT, frames=(-31,)), "frame -31 is outside"),
+        (KeyFrame(HAND, 2.5, by=(0, 0, 0.1)), "frame 2.5 is outside"),  # type: ignore[arg-type]
         (KeyTrajectory(HAND, ((5, (0, 0, 0)), (4, (0, 0, 0)))), "increase"),
     ],
 )
@@ -272,6 +283,8 @@ def test_constraints_that_make_no_sense() -> None:
         lambda: KeyFrame(HAND, 3),
         lambda: KeyFrame(HAND, 3, (0, 0, 0), (0, 0, 0)),
         lambda: KeyFrame(HAND, 3, (0, 0, np.nan)),
+        lambda: KeyFrame(HAND, 3, (0, 0, 1e30)),
+        lambda: KeyFrame("hand", 3, (0, 0, 0)),  # type: ignore[arg-type]
         lambda: KeyFrame(HAND, 3, (0, 0, 0), axes="xw"),
         lambda: KeyFrame(HAND, 3, (0, 0, 0), level=0),
         lambda: Orientation(HAND, 3),

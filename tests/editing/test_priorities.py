@@ -59,6 +59,14 @@ def test_one_level_is_the_damped_pseudo_inverse() -> None:
     np.testing.assert_allclose(step, J.T @ np.linalg.solve(J @ J.T + xi**2 * np.eye(2), error))
 
 
+def test_a_met_first_level_that_takes_all_freedom_leaves_none() -> None:
+    rng = np.random.default_rng(9)
+    first = Level(rng.normal(size=(12, 4)), np.zeros(12))
+    step, P = priority_step([first, Level(rng.normal(size=(3, 4)), np.ones(3))], Damping(0.01))
+    np.testing.assert_allclose(step, np.zeros(4), atol=1e-12)
+    np.testing.assert_allclose(P, np.zeros((4, 4)), atol=1e-12)
+
+
 def test_a_level_of_zeros_moves_nothing() -> None:
     step, P = priority_step([Level(np.zeros((2, 3)), np.ones(2))], Damping(0.01))
     np.testing.assert_array_equal(step, np.zeros(3))
