@@ -13,6 +13,7 @@ from armsyn.cli.motion_options import reading_options
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from armsyn.cli.motion_takes import Take
     from armsyn.motion import Motion
     from armsyn.motion.movements import Movement, ReachRule
 
@@ -77,17 +78,18 @@ def segment(source: str, **options: Any) -> None:
         raise InputError(f"{source}: {len(takes)} motions in it; --plot shows one: name it")
     rows, hands = [], set()
     for take in takes:
-        hand = options["landmark"] or hand_of(take.motion, hand_last=take.hand_last)
+        motion = _with_point(take, options["landmark"])
+        hand = options["landmark"] or hand_of(motion, hand_last=take.hand_last)
         hands.add(hand)
-        positions = position_of(take.motion, hand)
+        positions = position_of(motion, hand)
         found = find_movements(
-            take.motion.time,
+            motion.time,
             positions,
             fraction=options["threshold"],
             cutoff=options["cutoff"],
         )
         rows += [
-            _Row(take.name, take.motion, number, movement, rule)
+            _Row(take.name, motion, number, movement, rule)
             for number, movement in enumerate(found, 1)
         ]
     if options["plot"] is not None:
@@ -97,6 +99,15 @@ def segment(source: str, **options: Any) -> None:
         plot_movements(options["plot"], source, takes[0].motion.time, positions, named, options)
     written = _write(options["out"], rows)
     _report(source, rows, options, hands, written)
+
+
+def _with_point(take: Take, point: str | None) -> Motion:
+    """Return the motion, or its skeleton's joints where a point is one of theirs."""
+    if point is None or take.body is None:
+        return take.motion
+    names = take.body.skeleton.names
+    of_body = {name.strip() for name in point.split("+")} <= set(names)
+    return take.body.as_motion() if of_body and names != take.motion.landmark_names else take.motion
 
 
 class _Row:

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from armsyn.arm.description import load_arm
+from armsyn.driver import Ending, Recording, save_recording
 from armsyn.motion import Motion
 from armsyn.motion.formats import read_motion, write_motion
 from tests.cli.commands import Outcome
@@ -60,6 +62,48 @@ def test_options_reach_the_search(call: Call, recording: Path) -> None:
     assert wide["movements"][0]["duration_s"] < narrow["movements"][0]["duration_s"]
 
 
+def test_a_robots_recording_is_cut_at_its_measured_speed(call: Call, tmp_path: Path) -> None:
+    """Ticks of 4096 a turn at 200 Hz, with a lost reply; the arm goes out and, later, back."""
+    arm = load_arm("human7")
+    phase = np.linspace(0, 1, 241)
+    reach = 10 * phase**3 - 15 * phase**4 + 6 * phase**5
+    share = np.concatenate([np.zeros(60), reach, np.ones(100), reach[::-1], np.zeros(60)])
+    commanded = arm.rest + share[:, None] * np.array([0.5, 0.4, 0.2, 0.6, 0.1, 0.1, 0.1])
+    tick = 2 * np.pi / 4096
+    ticks, joints = commanded.shape
+    stale = np.zeros((ticks, joints), dtype=np.bool_)
+    stale[150, 2] = True
+    recording = Recording(
+        arm="human7",
+        port="/dev/ttyTEST",
+        simulated=True,
+        joint_names=arm.joint_names,
+        rate_hz=200.0,
+        time_s=np.arange(ticks) / 200.0,
+        commanded_rad=commanded,
+        measured_rad=np.round(commanded / tick) * tick,
+        velocity_rad_s=np.zeros((ticks, joints)),
+        current_a=np.zeros((ticks, joints)),
+        stale=stale,
+        hardware_error=np.zeros((ticks, joints), dtype=np.uint8),
+        events=(),
+        ticks=ticks,
+        missed_ticks=0,
+        dropped_rows=0,
+        command_success_rate=1.0,
+        ending=Ending.COMPLETED,
+    )
+    for name in ("recorded.npz", "recorded.csv"):
+        save_recording(tmp_path / name, recording, arm)
+        out, back = call("motion", "segment", tmp_path / name, "--json").document["movements"]
+        assert out["usable"]
+        assert back["usable"]
+        assert out["speed_peaks"] == back["speed_peaks"] == 1
+        assert out["onset_s"] == pytest.approx(0.3 + 1.2 * 0.06, abs=0.03)
+        assert out["duration_s"] == pytest.approx(1.2 * 0.88, abs=0.06)
+        assert back["onset_s"] == pytest.approx(2.0 + 1.2 * 0.06, abs=0.03)
+
+
 def test_refusals(call: Call, recording: Path, tmp_path: Path) -> None:
     call("motion", "segment", recording, "--landmark", "toe").refused(2, "toe", "elbow, hand")
     call("motion", "segment", recording, "--landmark", "elbow").refused(2, "does not move")
@@ -81,5 +125,9 @@ def test_a_set_of_captures_and_all_takes(call: Call, captures: Path) -> None:
     call("motion", "segment", ulema).refused(2, "which of its landmarks is the hand")
     middle = call("motion", "segment", ulema, "--landmark", "LRS+LUS", "--json").document
     assert len(middle["movements"]) == 8
+    golf = f"{captures}/golf/gears.npz#swing01"  # its landmarks are markers
+    joint = call("motion", "segment", golf, "--landmark", "left_wrist", "--cutoff", "20", "--json")
+    back, _ = joint.document["movements"]
+    assert abs(back["last_frame"] - 181) <= 1  # the table's top of the swing
     call("motion", "segment", "garza:all", "--plot", "x.png").refused(2, "70 motions")
     call("motion", "segment", "garza:all", "--rate", "100").refused(2, "options")
