@@ -40,7 +40,7 @@ def _check_triple(effector: Effector, value: Triple | None, what: str) -> None:
     # Not within: NaN is not, either
     if np.shape(value) != (3,) or not (np.abs(value) <= FARTHEST_M).all():
         raise ConstraintError(
-            f"{effector}: {what} is three numbers within {FARTHEST_M:g}, not {value}"
+            f"{effector}: {what} is three finite numbers within {FARTHEST_M:g}, not {value}"
         )
 
 

@@ -64,7 +64,8 @@ class Editor:
         Key-frames and orientations are met by one change of the coefficients for the whole
         motion; then key-trajectories, frame by frame from there. Pins hold in both. What the
         components do not hold of the clip stays, so no constraints, or ones that are met, give
-        the clip back bit for bit.
+        the clip back bit for bit. A trajectory's displacements and easing are relative to the
+        clip as the key-frames have bent it.
 
         Parameters
         ----------
@@ -83,14 +84,16 @@ class Editor:
         OutsidePatternError
             When a coefficient beyond `coefficient_bound`, and beyond the clip's own, is needed.
         """
-        tasks = self._maker.tasks(constraints)
-        free = {n for n, c in enumerate(constraints) if isinstance(c, KeyTrajectory)}
-        paths = [task for task in tasks if task.constraint in free]
-        held = [task for task in tasks if task.constraint not in free]
-        keyed = any(not isinstance(constraints[task.constraint], Pin) for task in held)
-        bent = self._solver.key_frame(held if keyed else [])
+        tasks = self._maker.tasks(
+            (n, c) for n, c in enumerate(constraints) if not isinstance(c, KeyTrajectory)
+        )
+        keyed = any(not isinstance(constraints[task.constraint], Pin) for task in tasks)
+        bent = self._solver.key_frame(tasks if keyed else [])
+        paths = [(n, c) for n, c in enumerate(constraints) if isinstance(c, KeyTrajectory)]
         if paths:
-            frames = {task.frame for task in paths}
+            # They start from, and ease back to, what the key-frames have made of the clip
+            tasks += TaskMaker(self._model.figure.tree, self._base + bent.change).tasks(paths)
+            frames = {task.frame for task in tasks if task.constraint in dict(paths)}
             here = [task for task in tasks if task.frame in frames]
             bent = self._solver.key_trajectory(here, bent)
         reached = self.coefficients + bent.added
@@ -149,7 +152,6 @@ def edit_in_joint_space(
     clip : BodyMotion or Motion
     figure : Figure
     constraints : sequence of Constraint
-        Pins hold at the frames where something else is asked for.
     options : SolverOptions, optional
     radians_per_metre : float
         What a metre of the root counts against a radian.
@@ -166,7 +168,7 @@ def edit_in_joint_space(
     options = options or SolverOptions()
     captured = figure.poses(clip)
     base = unwrapped_poses(captured, figure.turns)
-    tasks = TaskMaker(figure.tree, base).tasks(constraints)
+    tasks = TaskMaker(figure.tree, base).tasks(enumerate(constraints))
     change, steps = bend_joints(figure, base, tasks, options, radians_per_metre)
     outcome = Outcome(clip, figure, captured, base, options.tolerance)
     return outcome.result(tasks, change, steps)

@@ -81,13 +81,14 @@ class LatentSolver:
     def key_trajectory(self, tasks: Sequence[Task], start: Bent) -> Bent:
         """Solve tasks frame by frame, each from the one change that `start` makes.
 
-        Frames without tasks keep that change, so the tasks must be eased in and out.
+        Frames without tasks keep that change, so the tasks must be eased in and out, and what
+        freedom they leave stays with it.
         """
         change, added, steps = start.change.copy(), start.added.copy(), start.iterations
         for frame in sorted({task.frame for task in tasks}):
             here = self._problem([task for task in tasks if task.frame == frame])
             first = start.added[frame] * self._scale
-            found = solve(here, first, self._options, self._rest, self._limits([frame]))
+            found = solve(here, first, self._options, bounds=self._limits([frame]))
             change[frame] = here.pose(frame, found.x) - self._base[frame]
             added[frame] = found.x / self._scale
             steps += found.iterations

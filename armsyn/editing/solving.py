@@ -41,7 +41,7 @@ class SolverOptions:
         What is asked of a goal in one iteration, m or rad: Jacobians hold nearby only.
     toward : {"", "clip", "mean"}
         What the freedom that is left is used for: nothing, or to go back to the clip's or to the
-        mean motion's coefficients (z in the paper's Eq. 10).
+        mean motion's coefficients (z in the paper's Eq. 10); by key-frames, not by paths.
     toward_coefficients : tuple of float
         Whitened coefficients to go to instead: a style.
     pull : float

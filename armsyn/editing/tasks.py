@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,8 +38,8 @@ class TaskMaker:
         self._tree = tree
         self._poses = poses
 
-    def tasks(self, constraints: Sequence[Constraint]) -> list[Task]:
-        """Return the tasks of constraints.
+    def tasks(self, constraints: Iterable[tuple[int, Constraint]]) -> list[Task]:
+        """Return the tasks of constraints, each with its number.
 
         Raises
         ------
@@ -47,7 +47,7 @@ class TaskMaker:
             A frame outside the clip, or a body that is not there.
         """
         found: list[Task] = []
-        for number, constraint in enumerate(constraints):
+        for number, constraint in constraints:
             if isinstance(constraint, KeyFrame):
                 found += self._key_frame(number, constraint)
             elif isinstance(constraint, Orientation):
@@ -78,12 +78,8 @@ class TaskMaker:
         frame = self._frame(constraint.effector, constraint.frame)
         body, point, here, _ = self._at(constraint.effector, frame)
         goal = np.array(constraint.position) if constraint.by is None else here + constraint.by
-        label = f"key-frame {constraint.effector} @ {frame}"
-        return [
-            Task(
-                number, label, constraint.level, frame, body, point, goal, rows_of(constraint.axes)
-            )
-        ]
+        label, rows = f"key-frame {constraint.effector} @ {frame}", rows_of(constraint.axes)
+        return [Task(number, label, constraint.level, frame, body, point, goal, rows)]
 
     def _orientation(self, number: int, constraint: Orientation) -> list[Task]:
         frame = self._frame(constraint.effector, constraint.frame)
@@ -96,16 +92,14 @@ class TaskMaker:
 
     def _pin(self, number: int, constraint: Pin) -> list[Task]:
         frames = range(len(self._poses)) if constraint.frames is None else constraint.frames
-        label, found = f"pin {constraint.effector}", []
+        label, level, found = f"pin {constraint.effector}", constraint.level, []
         for wanted in frames:
             frame = self._frame(constraint.effector, wanted)
             body, point, here, turned = self._at(constraint.effector, frame)
             rows = rows_of(constraint.axes)
-            found.append(Task(number, label, constraint.level, frame, body, point, here, rows))
+            found.append(Task(number, label, level, frame, body, point, here, rows))
             if constraint.turned:
-                found.append(
-                    Task(number, f"{label} turned", constraint.level, frame, body, point, turned)
-                )
+                found.append(Task(number, f"{label} turned", level, frame, body, point, turned))
         return found
 
     def _trajectory(self, number: int, constraint: KeyTrajectory) -> list[Task]:

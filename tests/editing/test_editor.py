@@ -197,6 +197,22 @@ def test_a_trajectory_passes_its_keys_and_returns_to_the_clip(
     np.testing.assert_array_equal(result.clip.rotations[untouched], clip.rotations[untouched])
 
 
+def test_a_path_eases_back_to_what_a_key_frame_made(
+    reaches: list[BodyMotion], reach_model: MotionModel
+) -> None:
+    key = KeyFrame(WRIST, -1, by=(0.0, 0.05, 0.0))
+    path = KeyTrajectory(WRIST, (Key(12, (0.0, 0.0, 0.05)),), True, 5, 5)
+    alone = edit_motion(reaches[3], reach_model, [key])
+    both = edit_motion(reaches[3], reach_model, [path, key])
+    np.testing.assert_allclose(both.after[[0, 6, 18, -1]], alone.after[[0, 6, 18, -1]], atol=1e-12)
+    wrist = both.figure.tree.body("JtWristRt")
+    moved = both.positions[1][:, wrist] - alone.positions[1][:, wrist]
+    np.testing.assert_allclose(moved[12], [0, 0, 0.05], atol=1e-6)
+    assert np.abs(np.diff(moved, axis=0)).max() < 0.02
+    assert both.success
+    assert [r.constraint for r in both.residuals] == [0, 1]
+
+
 def test_easing_makes_smaller_steps(reaches: list[BodyMotion], reach_model: MotionModel) -> None:
     steps = []
     for window in (0, 4, 12):
