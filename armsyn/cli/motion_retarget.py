@@ -64,6 +64,7 @@ def retarget(source: str, **options: Any) -> None:
     from armsyn.motion import retargeting
     from armsyn.motion.formats import write_motion
 
+    _check_written(options["out"], angles=options["angles"])
     if options["align"] and options["facing"] is not None:
         raise InputError("--facing and --align both say how the base is turned: give one of them")
     arm = load_arm(options["arm_name"], options["calibration"], calibrated=False)
@@ -75,6 +76,21 @@ def retarget(source: str, **options: Any) -> None:
         motion, residuals = _fitted(arm, motion)
     write_motion(options["out"], motion)
     _report(source, options, person, motion, facts, residuals)
+
+
+def _check_written(out: Path, *, angles: bool) -> None:
+    """Fitting takes a while: find out before."""
+    from armsyn.errors import InputError
+    from armsyn.motion.formats import FORMATS
+
+    form = FORMATS.get(out.suffix.lower())
+    if form is None or form.write is None:
+        known = ", ".join(suffix for suffix, kind in FORMATS.items() if kind.write)
+        raise InputError(f"{out}: landmarks are written as one of {known}")
+    if angles and out.suffix.lower() == ".trc":
+        raise InputError(f"{out}: has no place for --angles: name an .npz or .csv file")
+    if not out.parent.is_dir():
+        raise InputError(f"{out}: the folder {out.parent} does not exist: make it first")
 
 
 def _only(source: str, options: dict[str, Any]) -> Take:

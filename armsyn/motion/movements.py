@@ -248,7 +248,10 @@ def _measured(
     )
     onset, offset = movement_times(own.time, own.speed, fraction)
     peak = int(np.argmax(own.speed))
-    inside = slice(*np.searchsorted(own.time, [onset, offset], side="left").tolist())
+    inside = slice(
+        int(np.searchsorted(own.time, onset, side="left")),
+        int(np.searchsorted(own.time, offset, side="right")),
+    )
     ends = [
         np.array([np.interp(at, own.time, axis) for axis in own.positions.T])
         for at in (onset, offset)

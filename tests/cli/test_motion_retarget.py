@@ -119,6 +119,8 @@ def test_refusals(call: Call, tmp_path: Path, person: Callable[[str, Motion], Pa
     call(*command, "--landmark", "hand=hand").refused(2, "at least")
     call(*command, "--chest", "x").refused(2, "--landmark, too")
     call(*command[:-1], tmp_path / "out.bvh").refused(2, "out.bvh")
+    call(*command[:-1], tmp_path / "out.trc", "--angles").refused(2, "no place")
+    call(*command[:-1], tmp_path / "none" / "out.npz").refused(2, "make it first")
     call(*command[:3], "--arm", "nobody", "--out", "x.npz").refused(2, "nobody")
     bare = tmp_path / "log.csv"
     write_motion(bare, swing(8, 0.2))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from scipy.signal import find_peaks
 
 from armsyn.errors import CaptureError
@@ -141,6 +142,26 @@ def test_every_reach_between_rests_is_found(reaches: list[tuple[float, float, fl
         assert movement.displacement == pytest.approx(length, rel=0.02)
         assert movement.duration == pytest.approx(duration, rel=0.2)
     assert all(a.offset < b.onset for a, b in itertools.pairwise(found))
+
+
+@given(
+    arrays(np.float64, st.tuples(st.integers(5, 40), st.just(3)), elements=st.floats(-1, 1)),
+    st.floats(0, 0.99),
+)
+def test_any_path_gives_ordered_movements_or_a_refusal(path: FloatArray, fraction: float) -> None:
+    time = np.arange(len(path)) / 30
+    try:
+        found = find_movements(time, path, fraction=fraction)
+    except CaptureError:
+        assert np.ptp(path, axis=0).max() < 1e-6
+        return
+    ends = [end for movement in found for end in (movement.onset, movement.offset)]
+    assert ends == sorted(ends)
+    for movement in found:
+        assert 0 <= movement.first < movement.last < len(path)
+        assert movement.onset <= movement.peak_time <= movement.offset
+        assert movement.displacement <= movement.path + 1e-9
+        assert movement.prominent_peaks >= 1
 
 
 @given(
