@@ -19,7 +19,8 @@ from armsyn.editing.priorities import RANK, Damping, Level, priority_step
 
 FloatArray = NDArray[np.float64]
 _LEAST_DAMPING = 1e-9
-_ROUNDING = 1e-12
+_ROUNDING = 1e-11
+"""rad and m."""
 
 
 class Bounds(NamedTuple):
@@ -59,7 +60,7 @@ def bounded_step(
     Returns
     -------
     array, shape (q,)
-        The step of `priority_step` where that stays inside.
+        The step of `priority_step` where that stays inside; within the bounds to rounding.
     """
     slack = np.maximum(bounds.h - bounds.G @ x, 0.0)
     free, _ = priority_step(levels, damping, z)
@@ -72,9 +73,9 @@ def bounded_step(
         whole = float(np.linalg.norm(J, 2))
         xi = damping.value * whole if damping.relative else damping.value
         xi = max(xi, _LEAST_DAMPING * max(whole, 1.0))
-        y = _within(A, error - J @ step, xi, bounds.G @ Z, slack - bounds.G @ step)
-        step = step + Z @ y
-        _, s, V = np.linalg.svd(A)
+        left = np.maximum(slack - bounds.G @ step, 0.0)
+        step = step + Z @ _within(A, error - J @ step, xi, bounds.G @ Z, left)
+        _, s, V = np.linalg.svd(A, full_matrices=len(A) < A.shape[1])
         Z = Z @ V[int(np.sum(s > RANK * whole)) :].T
         if not Z.shape[1]:
             break
@@ -82,9 +83,9 @@ def bounded_step(
 
 
 def _share_inside(gone: FloatArray, slack: FloatArray) -> float:
-    """How much of a step stays inside to the last bit."""
-    over = gone > slack
-    return float(np.min(slack[over] / gone[over], initial=1.0))
+    """How much of a step stays inside, to rounding: a bound that is met already is no reason."""
+    over = gone > slack + _ROUNDING
+    return float(np.min((slack[over] + _ROUNDING) / gone[over], initial=1.0))
 
 
 def _within(A: FloatArray, b: FloatArray, xi: float, G: FloatArray, h: FloatArray) -> FloatArray:
@@ -94,9 +95,8 @@ def _within(A: FloatArray, b: FloatArray, xi: float, G: FloatArray, h: FloatArra
     wanted = Q.T @ np.concatenate([b, np.zeros(q)])
     y = np.linalg.solve(R, wanted)
     met = np.zeros(len(h), dtype=np.bool_)
-    scale = np.linalg.norm(G, axis=1)
     while True:
-        beyond = (G @ y > h + _ROUNDING * (1.0 + scale)) & ~met
+        beyond = (G @ y > h + 0.1 * _ROUNDING) & ~met
         if not beyond.any():
             return np.asarray(y)
         met |= beyond

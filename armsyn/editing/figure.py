@@ -75,6 +75,21 @@ class Figure(ABC):
         """Length n of the pose vector."""
         return self.tree.size
 
+    def inside(self, poses: FloatArray, captured: FloatArray) -> FloatArray:
+        """Return poses without what rounding puts beyond a limit.
+
+        Parameters
+        ----------
+        poses, captured : array, shape (frames, n)
+            Where a captured value is beyond a limit, it is the limit.
+
+        Returns
+        -------
+        array, shape (frames, n)
+        """
+        lower, upper = np.minimum(self.lower, captured), np.maximum(self.upper, captured)
+        return np.clip(poses, lower, upper)
+
     @abstractmethod
     def poses(self, clip: Clip) -> FloatArray:
         """Return a clip's pose vectors, shape (frames, n), as captured.

@@ -51,7 +51,7 @@ class Outcome:
         nearest: tuple[str, float] | None = None,
     ) -> EditResult:
         """Return the clip with `change`, shape (frames, n), added to its poses."""
-        after = self._base + change
+        after = self._figure.inside(self._base + change, self._base)
         residuals = self._residuals(tasks, after)
         bodies = self._figure.tree.bodies
         return EditResult(
