@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parent.parent
 _PROCESS = Path("/proc/self")
@@ -59,6 +60,14 @@ REALTIME = frozenset(
 themselves, while all others may share it."""
 
 
+ENDING = 2.0
+"""Seconds within which a thread that was told to end does."""
+
+# A test's time is the machine's affair: compiled code is made on first use, others work beside
+settings.register_profile("armsyn", deadline=None)
+settings.load_profile("armsyn")
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Keep the user's own arms out of tests, and tests out of them, also while tests are found.
 
@@ -95,8 +104,10 @@ def nothing_left_behind() -> Iterator[None]:
 
     What fixtures of a wider scope started is there before the test, so it is not the test's.
     """
-    before = held()
+    threads, before = set(threading.enumerate()), held()
     yield
+    for thread in set(threading.enumerate()) - threads:
+        thread.join(ENDING)  # one of a progress display is told to end, and not waited for
     left = held() - before
     assert not left, f"left behind: {', '.join(left)}"
 

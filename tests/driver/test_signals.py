@@ -74,9 +74,9 @@ def test_a_signal_during_the_checks_keeps_the_torque_off(
     name = "check_trajectory" if module is session else "read_facts"
     check = getattr(module, name)
 
-    def interrupted(*arguments: object) -> object:
+    def interrupted(*arguments: object, **options: object) -> object:
         os.kill(os.getpid(), number)
-        return check(*arguments)
+        return check(*arguments, **options)
 
     opened = stepped.session()
     monkeypatch.setattr(module, name, interrupted)

@@ -70,7 +70,7 @@ def test_too_near_is_said_as_such(arm: ArmDescription) -> None:
     error = check_collision(np.array([[angle, 0.0]]), arm)
     assert error is not None
     assert error.depth == pytest.approx(-0.003)
-    assert "lower_arm would come 0.003 m near to post" in str(error)
+    assert "lower_arm would come 3.0 mm near to post, 5.0 mm must stay" in str(error)
     assert check_collision(np.array([[angle, 0.0]]), arm, 0.002) is None
 
 
