@@ -1,4 +1,4 @@
-"""`armsyn experiment`: the first paper's figures on real captures."""
+"""`armsyn experiment`: the papers' figures and cases on real captures."""
 
 from __future__ import annotations
 
@@ -40,19 +40,19 @@ if TYPE_CHECKING:
 def experiment(
     name: str, out: Path, budget: Budget, seed: int, workers: int | None, as_json: bool
 ) -> None:
-    """Repeat a figure of the first paper on captured reaches.
+    """Repeat a figure or case of the papers on captured motions.
 
     Learns synergies with the paper's bounds, and writes NAME.json (SI units), NAME.md (for
     people), pictures, and NAME.run.json (command, machine, time). The same seed gives the same
-    tables at any number of workers. The captures are looked for in $ARMSYN_CAPTURES, else in
-    shared/captures beside the checkout.
+    tables at any number of workers, but for the times of edits. The captures are looked for in
+    $ARMSYN_CAPTURES, else in shared/captures beside the checkout.
     """
     from armsyn.cli.long_work import StageBars, write_run
     from armsyn.experiments.settings import Settings
     from armsyn.experiments.tables import write
 
     _make_folder(out)
-    module = importlib.import_module(f"armsyn.experiments.{name}")
+    module = importlib.import_module(f"armsyn.experiments.{name.replace('-', '_')}")
     with StageBars() as progress:
         report = module.run(Settings(budget, seed, workers), out, progress.update)
     written = write(report, out)

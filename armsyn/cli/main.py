@@ -22,7 +22,7 @@ COMMANDS = {
     "calibrate": "Find how one real arm is assembled, while you move it by hand.",
     "clear": "Clear what a fault left on an arm, so that it may move again.",
     "edit": "Learn the pattern of motions, and bend one to constraints without leaving it.",
-    "experiment": "Repeat a figure of the first paper on captured reaches.",
+    "experiment": "Repeat a figure or case of the papers on captured motions.",
     "find-port": "Find the serial port that an arm is plugged into.",
     "grip": "Open or close the gripper, to a width or until it holds something.",
     "jog": "Move JOINT by DEGREES (at most 45, negative backwards), slowly; then hold.",

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 BEFORE, AFTER = "0.55", "C3"
-_VIEWS = ((0, 2, "x", "z"), (1, 2, "y", "z"))
+View = tuple[int, int, str, str]
+SIDE: View = (0, 2, "x", "z")
+FRONT: View = (1, 2, "y", "z")
 
 
 def draw_edit(result: EditResult, coefficient_bound: float) -> Drawing:
@@ -37,8 +39,8 @@ def draw_edit(result: EditResult, coefficient_bound: float) -> Drawing:
 
     drawing = Drawing(figsize=(11, 8), layout="constrained")
     axes = drawing.subplots(2, 2)
-    for place, view in zip(axes[0], _VIEWS, strict=True):
-        _draw_view(place, result, view)
+    for place, view in zip(axes[0], (SIDE, FRONT), strict=True):
+        draw_view(place, result, view)
     axes[0][0].legend(fontsize="small")
     _draw_speed(axes[1][0], result)
     _draw_coefficients(axes[1][1], result, coefficient_bound)
@@ -66,7 +68,16 @@ def bones(figure: Figure) -> list[tuple[int, int]]:
     return [(place, place + 1) for place in range(len(figure.tree.bodies) - 1)]
 
 
-def _draw_view(axes: Any, result: EditResult, view: tuple[int, int, str, str]) -> None:
+def draw_view(axes: Any, result: EditResult, view: View) -> None:
+    """Draw start, greatest change and end of both clips, and the constrained bodies' paths.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    result : EditResult
+    view : View
+        `FRONT` or `SIDE`.
+    """
     across, up, x, y = view
     before, after = result.positions
     middle = int(np.linalg.norm(after - before, axis=-1).max(axis=1).argmax())

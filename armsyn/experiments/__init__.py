@@ -1,4 +1,4 @@
-"""The first paper's figures on real captures, one file each, and what goes beyond them.
+"""The papers' figures and cases on real captures, one file each, and what goes beyond them.
 
 Each experiment is a module of this package with ``run(settings, folder, on_progress)``, which
 draws into the folder and returns a report of tables.
@@ -11,5 +11,6 @@ EXPERIMENTS = {
     "fig6": "One reach of either set, superposed and animated (GIF; MP4 where ffmpeg is).",
     "twosubjects": "192 motions of two persons.",
     "neighbours": "Learned sets on other targets of the same person; the fewest that serve all.",
+    "reach-edit": "The second paper's reach to a new place, edited in latent and joint space.",
 }
 """Each experiment, a module of this package, with what it is."""

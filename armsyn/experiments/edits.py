@@ -1,0 +1,136 @@
+"""What the second paper's cases share: one edit by LPIK and by joint-space PIK."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from armsyn.editing import (
+    Constraint,
+    Editor,
+    EditResult,
+    MotionModel,
+    SkeletonFigure,
+    SolverOptions,
+    edit_in_joint_space,
+)
+from armsyn.editing.pattern.timing import normalised_poses
+from armsyn.motion.body import BodyMotion
+
+KEY_FRAME, LATENT_PATH, JOINT_PATH = "LPIK key-frame", "LPIK key-trajectory", "PIK key-trajectory"
+OPTIONS = SolverOptions(tolerance=1e-5)
+"""Of every method: the same tolerance, m, and at most 100 iterations a frame, as in the paper."""
+
+
+class Likeness(NamedTuple):
+    """How a whole clip looks to a pattern.
+
+    Attributes
+    ----------
+    largest : float
+        Largest whitened coefficient of its projection.
+    nearest : (str, float)
+        The example nearest to it, and how far it is, sigma.
+    outside_m : float
+        Mean distance of its bodies from what the pattern can say of it, m.
+    """
+
+    largest: float
+    nearest: tuple[str, float]
+    outside_m: float
+
+
+class Method(NamedTuple):
+    """One way of making an edit.
+
+    Attributes
+    ----------
+    name : str
+    result : EditResult
+    seconds : float
+    before, after : Likeness
+        Of the clip and of the edited one; so that all methods are judged alike, by projection.
+    """
+
+    name: str
+    result: EditResult
+    seconds: float
+    before: Likeness
+    after: Likeness
+
+
+def at_frames(clip: BodyMotion, figure: SkeletonFigure, frames: int) -> BodyMotion:
+    """Return a clip normalised in time to so many frames, as the pattern has it."""
+    poses = normalised_poses(clip.time, figure.poses(clip), figure.turns, frames)
+    count, moved = figure.skeleton.joints, None
+    if figure.moving:
+        moved = np.zeros((frames, count, 3))
+        moved[:, figure.moving] = poses[:, 3 + 3 * count :].reshape(frames, -1, 3)
+    return BodyMotion(
+        np.linspace(0.0, clip.time[-1] - clip.time[0], frames),
+        figure.skeleton,
+        poses[:, 3 : 3 + 3 * count].reshape(frames, count, 3),
+        poses[:, :3],
+        moved,
+        clip.source,
+    )
+
+
+def compare(
+    clip: BodyMotion,
+    model: MotionModel,
+    keys: Sequence[Constraint],
+    paths: Sequence[Constraint],
+    repeats: int,
+) -> list[Method]:
+    """Make one edit by LPIK with a key-frame and with a path, and by joint-space PIK with the path.
+
+    Parameters
+    ----------
+    clip : BodyMotion
+    model : MotionModel
+    keys, paths : sequence of Constraint
+        The same goal as key-frames and as key-trajectories.
+    repeats : int
+        Runs that are timed.
+
+    Returns
+    -------
+    list of Method
+    """
+    ways: dict[str, Callable[[], EditResult]] = {
+        KEY_FRAME: lambda: Editor(clip, model, OPTIONS).edit(keys, force=True),
+        LATENT_PATH: lambda: Editor(clip, model, OPTIONS).edit(paths, force=True),
+        JOINT_PATH: lambda: edit_in_joint_space(clip, model.figure, paths, OPTIONS),
+    }
+    before, found = likeness(clip, model), []
+    for name, way in ways.items():
+        result, seconds = way(), _median_time(way, repeats)
+        edited = result.clip
+        assert isinstance(edited, BodyMotion)  # noqa: S101 - as the clip is
+        found.append(Method(name, result, seconds, before, likeness(edited, model)))
+    return found
+
+
+def likeness(clip: BodyMotion, model: MotionModel) -> Likeness:
+    """Set a clip of the pattern's number of frames beside its projection on the pattern."""
+    coefficients = model.coefficients(clip)
+    tree = model.figure.tree
+    away = tree.positions(model.figure.poses(clip)) - tree.positions(model.poses(coefficients))
+    return Likeness(
+        float(np.abs(coefficients).max()),
+        model.nearest_example(coefficients),
+        float(np.linalg.norm(away, axis=-1).mean()),
+    )
+
+
+def _median_time(way: Callable[[], Any], repeats: int) -> float:
+    taken = []
+    for _ in range(repeats):
+        began = time.perf_counter()
+        way()
+        taken.append(time.perf_counter() - began)
+    return float(np.median(taken))

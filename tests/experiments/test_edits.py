@@ -1,0 +1,97 @@
+"""The second paper's cases: what their tables say is what the edits are."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from armsyn.editing import (
+    Effector,
+    Key,
+    KeyFrame,
+    KeyTrajectory,
+    SkeletonFigure,
+    learn_model,
+    load_clips,
+)
+from armsyn.experiments import reach_edit
+from armsyn.experiments.edit_tables import mean_table, method_tables
+from armsyn.experiments.edits import (
+    JOINT_PATH,
+    KEY_FRAME,
+    LATENT_PATH,
+    Method,
+    at_frames,
+    compare,
+    likeness,
+)
+from armsyn.experiments.settings import Settings
+from armsyn.experiments.tables import write
+from tests.editing.conftest import made_clip, made_skeleton
+from tests.experiments.conftest import silent
+
+BY = (0.0, 0.02, 0.0)
+
+
+@pytest.fixture(scope="module")
+def methods() -> list[Method]:
+    skeleton = made_skeleton()
+    clips = [made_clip(seed, skeleton=skeleton) for seed in range(8)]
+    model = learn_model(clips[1:], frames=30)
+    assert isinstance(model.figure, SkeletonFigure)
+    hand = Effector("hand")
+    path = KeyTrajectory(hand, (Key(29, BY),), True, ease_in=29)
+    clip = at_frames(clips[0], model.figure, 30)
+    return compare(clip, model, [KeyFrame(hand, 29, by=BY)], [path], 1)
+
+
+def test_every_method_meets_the_same_goal(methods: list[Method]) -> None:
+    assert [method.name for method in methods] == [KEY_FRAME, LATENT_PATH, JOINT_PATH]
+    for method in methods:
+        before, after = method.result.positions
+        np.testing.assert_allclose(after[-1, -1] - before[-1, -1], BY, atol=2e-5)
+        assert method.seconds > 0.0
+
+
+def test_only_the_joint_space_leaves_the_pattern_further(methods: list[Method]) -> None:
+    key_frame, _, joint = methods
+    assert key_frame.after.outside_m == pytest.approx(key_frame.before.outside_m, rel=0.05)
+    assert joint.after.outside_m > key_frame.after.outside_m
+
+
+def test_tables_repeat_what_the_methods_found(methods: list[Method]) -> None:
+    cost, looks = (table.as_dict()["rows"] for table in method_tables("made", methods, 1))
+    assert [row["method"] for row in cost] == [method.name for method in methods]
+    assert cost[-1]["time_ratio"] == 1.0
+    assert cost[0]["time_ratio"] == pytest.approx(methods[-1].seconds / methods[0].seconds)
+    assert looks[0]["method"] == "before the edit"
+    assert looks[1]["outside_m"] == methods[0].after.outside_m
+    mean = mean_table("all", [methods, methods]).as_dict()["rows"][0]
+    assert (mean["clips"], mean["error_m"]) == (2, cost[0]["error_m"])
+
+
+def test_a_clip_at_its_own_frames_is_itself(captures: Path) -> None:
+    del captures
+    clips = load_clips("golf")[:3]
+    model = learn_model(clips, frames=clips[0].frames)
+    assert isinstance(model.figure, SkeletonFigure)
+    same = at_frames(clips[0], model.figure, clips[0].frames)
+    np.testing.assert_allclose(same.positions(), clips[0].positions(), atol=1e-3)
+    # But for joints that shift by less than a millimetre, which count as rigid. Three motions have two components, which hold all of each
+    assert likeness(same, learn_model(clips, frames=same.frames, variance=1.0)).outside_m < 1e-6
+
+
+def test_a_reach_is_edited_from_16_and_34_examples(captures: Path, tmp_path: Path) -> None:
+    del captures
+    report = reach_edit.run(Settings("small", 0, 1), tmp_path, silent)
+    write(report, tmp_path)
+    tables: list[Any] = json.loads((tmp_path / "reach-edit.json").read_text())["tables"]
+    assert [row["examples"] for row in tables[0]["rows"]] == [16, 34]
+    assert all(row["variance"] >= 0.98 for row in tables[0]["rows"])
+    for cost in (tables[1], tables[3]):
+        assert all(row["error_m"] < 2e-5 for row in cost["rows"])
+    joint, key_frame = tables[-1]["rows"][2], tables[-1]["rows"][0]
+    assert joint["foot_slide_m"] > key_frame["foot_slide_m"]
+    assert (tmp_path / "reach-edit.png").read_bytes().startswith(b"\x89PNG")
