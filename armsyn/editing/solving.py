@@ -18,6 +18,8 @@ DampingUnit = Literal["relative", "metre", "centimetre"]
 _STALLED = 1e-9
 """A step of the unknowns (standard deviations, rad) below which nothing moves any more."""
 
+_HALVINGS = 6
+
 
 @dataclass(frozen=True)
 class SolverOptions:
@@ -142,8 +144,8 @@ def solve(
     Solution
     """
     x, damping = np.array(start), options.as_damping
+    levels = problem.levels(x)
     for iteration in range(options.iterations + 1):
-        levels = problem.levels(x)
         met = all(np.abs(error).max() <= 0.5 * options.tolerance for _, error in levels)
         if iteration == options.iterations or (met and not (settle and rest is not None)):
             break
@@ -155,8 +157,34 @@ def solve(
             step = bounded_step(wishes, damping, bounds, x, z)
         if np.abs(step).max() <= (options.tolerance if met else _STALLED):
             break
-        x = x + step
+        ahead = _better(problem, x, step, levels)
+        if ahead is None and rest is None:
+            break
+        x, levels = ahead or (x + step, problem.levels(x + step))
     return Solution(x, iteration, met)
+
+
+def _better(
+    problem: Problem, x: FloatArray, step: FloatArray, levels: list[Level]
+) -> tuple[FloatArray, list[Level]] | None:
+    """Go as far along a step, halved at need, as makes the goals' errors smaller.
+
+    Far from what can be reached full steps would swing about it.
+    """
+    before = _merit(levels)
+    for halvings in range(_HALVINGS + 1):
+        there = x + step * 0.5**halvings
+        found = problem.levels(there)
+        if _merit(found) < before:
+            return there, found
+    return None
+
+
+def _merit(levels: list[Level]) -> float:
+    """Sum of the levels' errors, each counting a hundredth of the one above."""
+    return sum(
+        0.01**place * float(np.linalg.norm(error)) for place, (_, error) in enumerate(levels)
+    )
 
 
 def _clamped(level: Level, longest: float) -> Level:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from armsyn.arm import load_arm
 from armsyn.editing import (
@@ -347,6 +348,29 @@ def test_an_arms_reach_is_bent_inside_its_limits() -> None:
         met += bool(np.linalg.norm(end - start - by) < 1e-6)
         assert (np.linalg.norm(end - start - by) < 1e-6) == result.success
     assert met >= 4
+
+
+def test_an_unreachable_goal_is_approached_as_far_as_limits_allow() -> None:
+    figure, clips = arm_clips("koch")
+    model = learn_model(clips, figure=figure, frames=40, variance=1.0)
+    clip, by = clips[3], np.array([-0.04, 0.02, 0.02])
+    result = edit_motion(clip, model, [KeyFrame(Effector("tip"), -1, by=tuple(by))], force=True)
+    assert not result.success
+    D = model.directions_at(np.arange(40.0))
+    base = result.before
+    goal = figure.chain.forward(base[-1]).tip + by
+
+    def missed(x: np.ndarray) -> float:
+        return 100.0 * float(np.sum((figure.chain.forward(base[-1] + x @ D[-1]).tip - goal) ** 2))
+
+    def room(x: np.ndarray) -> np.ndarray:
+        poses = base + np.einsum("m,fmn->fn", x, D)
+        return np.concatenate([figure.upper - poses, poses - figure.lower]).ravel()
+
+    zero = np.zeros(model.size)
+    within = [{"type": "ineq", "fun": room}]
+    best = minimize(missed, zero, constraints=within, method="SLSQP", options={"maxiter": 200})
+    assert result.level_errors[1] <= np.sqrt(best.fun / 100.0) + 1e-4
 
 
 def test_an_arms_path_is_bent_inside_its_limits() -> None:
