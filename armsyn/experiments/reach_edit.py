@@ -19,7 +19,13 @@ from armsyn.editing import (
     load_clips,
 )
 from armsyn.editing.pictures import FRONT
-from armsyn.experiments.edit_tables import draw, mean_table, method_tables, pattern_table
+from armsyn.experiments.edit_tables import (
+    draw,
+    mean_table,
+    method_tables,
+    pattern_table,
+    slide_verdict,
+)
 from armsyn.experiments.edits import Method, at_frames, compare
 from armsyn.experiments.learned import Progress
 from armsyn.experiments.settings import Settings
@@ -70,7 +76,8 @@ def run(settings: Settings, folder: Path, on_progress: Progress) -> Report:
     tables = [pattern_table(models, _PAPER)]
     for model, methods in zip(models, found, strict=True):
         tables += method_tables(f"{SHOWN}, {len(model.names)} examples", methods, repeats)
-    tables.append(mean_table("Every reach, from the others", everywhere))
+    verdict = slide_verdict(everywhere)
+    tables.append(mean_table("Every reach, from the others", everywhere, [verdict]))
     return Report(
         "reach-edit",
         "A reach to a new place (the second paper's second case)",
