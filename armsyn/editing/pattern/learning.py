@@ -106,6 +106,7 @@ def _body(clip: Clip) -> BodyMotion:
 
 
 def _on_one_skeleton(clips: Sequence[Clip], figure: Figure | None) -> list[Clip]:
+    """Retarget the clips that do not share the skeleton, and only those."""
     bodies = [_body(clip) for clip in clips]
     skeleton = figure.skeleton if isinstance(figure, SkeletonFigure) else bodies[0].skeleton
     found: list[Clip] = []
