@@ -299,7 +299,7 @@ def test_the_papers_order_of_models_on_captured_reaches() -> None:
     trainings = [prepare(arm, capture, 120.0) for capture in captured]
     assert max(training.start_residual for training in trainings) < 2e-3
 
-    options = LearningOptions(stable=False, budget=1000)
+    options = LearningOptions(stable=False, budget=500)
     assert options.rate_of("svd") == 6.0
 
     a, b, c, d = (fit(arm, trainings, "svd", model, options).scores.mean() for model in "ABCD")
