@@ -12,5 +12,6 @@ EXPERIMENTS = {
     "twosubjects": "192 motions of two persons.",
     "neighbours": "Learned sets on other targets of the same person; the fewest that serve all.",
     "reach-edit": "The second paper's reach to a new place, edited in latent and joint space.",
+    "jump": "The second paper's higher jump: the root raised at the apex.",
 }
 """Each experiment, a module of this package, with what it is."""

@@ -184,9 +184,11 @@ def _error(result: EditResult) -> float:
     return max(result.level_errors.values())
 
 
-def draw(methods: Sequence[Method], view: View, folder: Path, name: str) -> str:
-    """Superpose before and after for each method; returns the picture's name."""
-    drawn = figure(4.0 * len(methods), 6.0)
+def draw(
+    methods: Sequence[Method], view: View, folder: Path, name: str, height: float = 6.0
+) -> str:
+    """Superpose before and after for each method; height in inches; returns the picture's name."""
+    drawn = figure(4.0 * len(methods), height)
     for axes, method in zip(drawn.subplots(1, len(methods), sharey=True), methods, strict=True):
         draw_view(axes, method.result, view)
         axes.set_title(method.name)

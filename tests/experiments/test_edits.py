@@ -16,7 +16,7 @@ from armsyn.editing import (
     learn_model,
     load_clips,
 )
-from armsyn.experiments import reach_edit
+from armsyn.experiments import jump, reach_edit
 from armsyn.experiments.edit_tables import mean_table, method_tables
 from armsyn.experiments.edits import (
     JOINT_PATH,
@@ -99,3 +99,20 @@ def test_a_reach_is_edited_from_16_and_34_examples(captures: Path, tmp_path: Pat
     assert before["foot_slide_m"] < min(key_frame["foot_slide_m"], joint["foot_slide_m"])
     assert "slide" in tables[-1]["notes"][1]
     assert (tmp_path / "reach-edit.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_jump_is_raised_at_its_apex(captures: Path, tmp_path: Path) -> None:
+    del captures
+    report = jump.run(Settings("small", 0, 1), tmp_path, silent).as_dict()
+    json.dumps(report, allow_nan=False)
+    patterns, cost, _, of_jump, means = (table["rows"] for table in report["tables"])
+    assert (patterns[0]["examples"], patterns[0]["variance"] >= 0.95) == (23, True)
+    assert all(row["error_m"] < 2e-5 for row in cost)
+    before, key_frame, _, joint = of_jump
+    # The shown jump's own crouch, by the heights of its root
+    shown = next(clip for clip in load_clips("jump") if clip.source == jump.SHOWN)
+    height = shown.positions()[:31, 0, 2]
+    assert before["crouch_m"] == pytest.approx(height[0] - height.min(), abs=0.005)
+    assert key_frame["crouch_m"] > joint["crouch_m"]
+    assert [row["clips"] for row in means] == [2, 2, 2, 2]
+    assert (tmp_path / "jump.png").read_bytes().startswith(b"\x89PNG")
