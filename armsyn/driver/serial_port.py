@@ -77,10 +77,10 @@ class SerialPort:
                 # an FTDI adapter then answers after 1 ms instead of 16; others do not need it
                 self.serial.set_low_latency_mode(True)
         except BaseException:
+            if hasattr(self, "serial"):
+                self.serial.close()  # before the lock: who gets that finds the port free
             if self._lock is not None:
                 self._lock.release()
-            if hasattr(self, "serial"):
-                self.serial.close()
             raise
 
     @property

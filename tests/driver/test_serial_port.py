@@ -62,16 +62,24 @@ def test_what_fails_after_opening_gives_everything_back(
     terminal: tuple[int, str], monkeypatch: pytest.MonkeyPatch, what: str
 ) -> None:
     opened: list[serial.Serial] = []
+    open_as_lock_went: list[bool] = []
+    release = PortLock.release
 
     def fails(port: serial.Serial, *_: object) -> None:
         opened.append(port)
         raise KeyboardInterrupt
 
+    def releases(lock: PortLock) -> None:
+        open_as_lock_went.extend(port.is_open for port in opened)
+        release(lock)
+
     with monkeypatch.context() as patched:
         patched.setattr(serial.Serial, what, fails)
+        patched.setattr(PortLock, "release", releases)
         with pytest.raises(KeyboardInterrupt):
             SerialPort(terminal[1], 1_000_000)
     assert [port.is_open for port in opened] == [False]
+    assert open_as_lock_went == [False]  # who waits for the lock then finds the port free
     SerialPort(terminal[1], 1_000_000).close()
 
 
