@@ -25,7 +25,13 @@ from armsyn.driver.recording import Ending, Recording
 from armsyn.driver.session import ArmSession
 from armsyn.driver.signals import SIGNALS, StopRequests
 from armsyn.driver.stream import OnTick
-from armsyn.errors import ArmFaultError, ArmsynError, StopRequestedError
+from armsyn.errors import (
+    ArmFaultError,
+    ArmsynError,
+    BusTimeoutError,
+    ServoMissingError,
+    StopRequestedError,
+)
 from armsyn.motion import Motion
 from armsyn.safety.collision import MARGIN
 
@@ -236,7 +242,7 @@ def _run(
 
 
 def _opened(job: Job, stops: StopRequests) -> ArmSession:
-    """Open the session; what it lacks is of no interest to who has asked to stop meanwhile."""
+    """Open the session; silent servos are of no interest to who has asked to stop meanwhile."""
     try:
         return ArmSession.open(
             job.port,
@@ -245,7 +251,7 @@ def _opened(job: Job, stops: StopRequests) -> ArmSession:
             simulated=job.simulated,
             accept_no_watchdog=job.accept_no_watchdog,
         )
-    except ArmFaultError as error:
+    except (BusTimeoutError, ServoMissingError) as error:
         if not stops.count:
             raise
         raise StopRequestedError(

@@ -87,6 +87,8 @@ class ArmRun:
         How it left the arm.
     fault : Exception or None
         What keeps the arm from moving again.
+    powering : bool
+        Whether anything was written to the servos.
     streamer : Streamer or None
         What was streamed; None when nothing was.
     """
@@ -119,6 +121,7 @@ class ArmRun:
         self.remarks = remarks
         self.ending = Ending.FAULT
         self.fault: BaseException | None = None
+        self.powering = False
         self.streamer: Streamer | None = None
         self._facts: tuple[ServoFacts, ...] = ()
         self._limp: frozenset[int] = frozenset()
@@ -206,6 +209,7 @@ class ArmRun:
             )
 
     def _power_up(self, log: StreamLog, lead: LeadSettings) -> Streamer:
+        self.powering = True
         try:
             self.joints.gather_health(self.group, self._limp)
             facts = power.prepare(self.group, self._facts, self._profiles)

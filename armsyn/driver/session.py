@@ -58,7 +58,7 @@ from armsyn.driver.signals import StopRequests
 from armsyn.driver.stream import OnTick, Streamer
 from armsyn.driver.timing import check_rate
 from armsyn.driver.transactions import Bus
-from armsyn.errors import ArmFaultError, StopRequestedError
+from armsyn.errors import ArmFaultError, BusTimeoutError, StopRequestedError
 from armsyn.motion import Motion
 from armsyn.safety import check_trajectory
 from armsyn.safety.collision import MARGIN
@@ -284,7 +284,8 @@ class ArmSession:
         RefusedMotionError, InputError
             A trajectory that must not be run; nothing has changed on the arm.
         StopRequestedError
-            A stop was asked for before torque; nothing has changed on the arm.
+            A stop was asked for before torque, or servos fell silent after it; nothing has changed
+            on the arm.
         ArmFaultError
             A fault before motion (all is put back as it was found, or the message says what is
             not) or during it (the arm holds, the watchdog stays armed, and the session runs
@@ -378,8 +379,8 @@ class ArmSession:
             )
             try:
                 run.execute()
-            except ArmFaultError as error:
-                if run.streamer is not None or run.fault is not None or not self.stops.count:
+            except BusTimeoutError as error:
+                if run.powering or not self.stops.count:
                     raise
                 self.stops.met()
                 raise StopRequestedError(

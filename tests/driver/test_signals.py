@@ -16,6 +16,9 @@ from armsyn.driver.signals import SIGNALS, STUCK_AFTER, StopRequests
 from armsyn.errors import (
     ArmFaultError,
     BusTimeoutError,
+    HardwareFaultError,
+    PortLostError,
+    ServoMismatchError,
     ServoMissingError,
     StopRequestedError,
 )
@@ -99,6 +102,68 @@ def test_servos_that_are_silent_after_a_signal_are_a_stop_too(
         with pytest.raises(StopRequestedError, match="nothing has moved"):
             opened.run(stepped.way(0.3))
     assert opened.run(stepped.way(0.3)).ending is Ending.COMPLETED
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [HardwareFaultError("servo 4 has an error", 4), PortLostError("port stepped was lost")],
+    ids=["hardware", "port"],
+)
+def test_a_fault_before_torque_is_said_whoever_asked_to_stop(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, fault: ArmFaultError
+) -> None:
+    opened = stepped.session()
+
+    def fails(*_: object) -> None:
+        opened.stops.request()
+        raise fault
+
+    monkeypatch.setattr(run, "read_facts", fails)
+    with pytest.raises(type(fault)) as caught:
+        opened.run(stepped.way(0.3))
+    assert caught.value is fault
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [HardwareFaultError("servo 4 moved by 80 ticks", 4), BusTimeoutError("no answer", (3,))],
+    ids=["moved", "silent"],
+)
+def test_a_fault_as_torque_came_on_is_said_whoever_asked_to_stop(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, fault: ArmFaultError
+) -> None:
+    """Nobody may then say that nothing has moved."""
+    opened = stepped.session()
+
+    def moved(*_: object) -> None:
+        assert stepped.torque() == [1] * 7
+        opened.stops.request()
+        raise fault
+
+    monkeypatch.setattr(power, "_check_still", moved)
+    with pytest.raises(type(fault)) as caught:
+        opened.run(stepped.way(0.3))
+    assert caught.value is fault
+    assert stepped.torque() == [0] * 7
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [ServoMismatchError("servo 3 is another model"), HardwareFaultError("servo 3 is hot", 3)],
+    ids=["mismatch", "hardware"],
+)
+def test_a_job_whose_arm_is_not_fit_says_so_whoever_asked_to_stop(
+    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, fault: ArmFaultError
+) -> None:
+    stops = StopRequests()
+
+    def unfit(*_: object, **__: object) -> None:
+        stops.request()
+        raise fault
+
+    monkeypatch.setattr(session.ArmSession, "open", unfit)
+    job = process.Job("stepped", stepped.description, 200.0, ((stepped.way(0.3), None),))
+    assert process.run_here(job, stops).error is fault
 
 
 @pytest.mark.parametrize("asked", [False, True], ids=["nobody asked", "asked to stop"])
