@@ -17,6 +17,7 @@ from armsyn.driver.registers import LAST_TICK, POSITION_MODE, VOLTAGE_UNIT
 from armsyn.errors import LimitError
 from armsyn.motion import Motion
 from armsyn.safety import CommandLimits, check_commands
+from armsyn.safety.limits import POSITION_TOLERANCE
 
 FloatArray = NDArray[np.float64]
 
@@ -160,7 +161,7 @@ def with_servo_limits(
 
 
 def _own_ranges(facts: Sequence[ServoFacts], arm: ArmDescription) -> tuple[FloatArray, FloatArray]:
-    """Range of each joint that all of its servos take goals in, rad."""
+    """Range of each joint that rounds to goals which all of its servos take, rad."""
     calibration = arm.calibration
     lowest, highest = np.full(len(arm.joint), _LOWEST), np.full(len(arm.joint), _HIGHEST)
     for servo in facts:
@@ -168,8 +169,10 @@ def _own_ranges(facts: Sequence[ServoFacts], arm: ArmDescription) -> tuple[Float
         lower, upper, _ = goal_range(servo)
         lowest[row], highest[row] = max(lowest[row], lower), min(highest[row], upper)
     ends = np.array([calibration.to_radians(lowest), calibration.to_radians(highest)])
-    half = 0.5 * np.abs(calibration.radians_per_tick)  # which rounding to ticks brings back
-    return ends.min(axis=0) - half, ends.max(axis=0) + half
+    # rounding to ticks brings this back also where a command is beyond by the tolerance; half a
+    # tick would round to the even one of two, which may lie outside
+    almost_half = 0.5 * np.abs(calibration.radians_per_tick) - 2.0 * POSITION_TOLERANCE
+    return ends.min(axis=0) - almost_half, ends.max(axis=0) + almost_half
 
 
 def _current_limit(servo: ServoFacts) -> float:

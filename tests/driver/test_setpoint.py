@@ -6,14 +6,21 @@ import numpy as np
 import pytest
 
 from armsyn.arm import ArmDescription
-from armsyn.arm.calibration import RADIANS_PER_TICK
+from armsyn.arm.calibration import RADIANS_PER_TICK as TICK
 from armsyn.driver import Ending, Recording
 from armsyn.driver.course import Coast
 from armsyn.driver.joints import JointState
-from armsyn.driver.path import minimum_jerk
+from armsyn.driver.path import minimum_jerk, straight_way
 from armsyn.driver.setpoint_thread import PATIENCE, Setpoint
 from armsyn.driver.timing import WATCHDOG_SECONDS, WATCHDOG_UNITS
-from armsyn.errors import ArmFaultError, CommandFaultError, InputError, LimitError, SetpointError
+from armsyn.errors import (
+    ArmFaultError,
+    CommandFaultError,
+    FollowingError,
+    InputError,
+    LimitError,
+    SetpointError,
+)
 from tests.driver.stepped import SteppedArm
 
 ON, OFF = [1] * 7, [0] * 7
@@ -108,9 +115,10 @@ def test_a_setpoint_beyond_a_servos_own_limit_is_a_fault(stepped: SteppedArm) ->
 
 
 @pytest.mark.fault(21)
-def test_a_stop_comes_to_rest_within_a_servos_own_limit(stepped: SteppedArm) -> None:
+@pytest.mark.parametrize("odd", [0, 1], ids=["even limit", "odd limit"])
+def test_a_stop_comes_to_rest_within_a_servos_own_limit(stepped: SteppedArm, odd: int) -> None:
     elbow, arm = stepped.servos[ELBOW], stepped.description
-    limit = int(arm.calibration.to_ticks(arm.rest + 0.2)[ELBOW])
+    limit = int(arm.calibration.to_ticks(arm.rest + 0.2)[ELBOW]) // 2 * 2 + odd
     upwards = limit > elbow.memory.value("Present Position")
     elbow.memory.store("Max Position Limit" if upwards else "Min Position Limit", limit)
     near = arm.rest[ELBOW] + 0.19
@@ -122,8 +130,30 @@ def test_a_stop_comes_to_rest_within_a_servos_own_limit(stepped: SteppedArm) -> 
 
     recording = stepped.session().run_setpoint(ends, 3.0)
     assert recording.ending is Ending.COMPLETED
-    farthest = arm.rest[ELBOW] + 0.2 + RADIANS_PER_TICK
-    assert near - 0.02 < recording.commanded_rad[-1, ELBOW] <= farthest
+    assert near - 0.02 < recording.commanded_rad[-1, ELBOW] <= arm.rest[ELBOW] + 0.2 + TICK
+    # it coasts to its limit, and the servo takes that: one beyond it would keep the goal before
+    assert elbow.memory.value("Goal Position") == limit
+    assert arm.calibration.to_ticks(recording.sent_rad[-1])[ELBOW] == limit
+
+
+@pytest.mark.fault(21)
+@pytest.mark.parametrize("odd", [0, 1], ids=["even limit", "odd limit"])
+def test_a_joint_that_is_pushed_beyond_a_servos_own_limit_is_held_at_it(
+    stepped: SteppedArm, odd: int
+) -> None:
+    elbow, arm = stepped.servos[ELBOW], stepped.description
+    here = elbow.memory.value("Present Position")
+    limit = int(arm.calibration.to_ticks(arm.rest + 0.2)[ELBOW]) // 2 * 2 + odd
+    upwards = limit > here
+    elbow.memory.store("Max Position Limit" if upwards else "Min Position Limit", limit)
+    goal = arm.rest.copy()
+    goal[ELBOW] += 0.15
+    goal[0] += 0.6
+    push = f"push:torque={-30 if upwards else 30},id=4,for=2"
+    stepped.at(1.6, lambda: stepped.port.simulation.inject(push))
+    with pytest.raises(FollowingError, match="elbow_flexion"):
+        stepped.session().run(straight_way(arm.rest, goal, arm.slowed(4.0), 200.0))
+    assert elbow.memory.value("Goal Position") == limit
 
 
 def speeds_fade(recording: Recording, arm: ArmDescription) -> None:
