@@ -285,14 +285,15 @@ class _Told(StopRequests):
 
 
 def _heed(pipe: Connection, stops: _Told) -> None:
-    """Take each word, and the end of the pipe, as a request to stop."""
+    """Take each word as a request to stop, and the end of the pipe as one if nobody has asked."""
     try:
         while True:
             pipe.recv()
             stops.request()
     except (EOFError, OSError):
         stops.alone, stops.park = True, False
-        stops.request()
+        if not stops.count:  # a second one would hold at once what is decelerating already
+            stops.request()
 
 
 def _report(pipe: Connection, reports: queue.SimpleQueue[Any]) -> None:

@@ -1,6 +1,7 @@
 """Stop requests and the collector: what is taken over is given back."""
 
 import gc
+import multiprocessing
 import os
 import signal
 import threading
@@ -182,6 +183,43 @@ def test_a_job_whose_arm_is_not_there(
     error = process.run_here(job, stops).error
     assert isinstance(error, StopRequestedError if asked else ServoMissingError)
     assert "no answer from servo 3" in str(error)
+
+
+@pytest.mark.parametrize("asked", [0, 1, 2])
+def test_a_caller_that_dies_asks_to_stop_where_nobody_has(stepped: SteppedArm, asked: int) -> None:
+    """Ctrl-C and closing the terminal come to one gentle stop; two Ctrl-C still hold at once."""
+    opened = stepped.session()
+    opened.stops = stops = process._Told()
+    ours, theirs = multiprocessing.Pipe()
+
+    def die() -> None:
+        for _ in range(asked):
+            ours.send("stop")
+        ours.close()
+        process._heed(theirs, stops)
+
+    stepped.at(0.3, die)
+    with theirs:
+        recording = opened.run(stepped.way(0.6))
+    assert recording.ending is (Ending.STOPPED_HOLDING if asked < 2 else Ending.ABORTED)
+    assert stops.alone
+
+
+def test_an_arm_that_stops_holds_when_its_caller_dies_meanwhile(stepped: SteppedArm) -> None:
+    opened = stepped.session()
+    opened.stops = stops = process._Told()
+    ours, theirs = multiprocessing.Pipe()
+
+    def die() -> None:
+        ours.close()
+        process._heed(theirs, stops)
+
+    stepped.at(0.3, stops.request)
+    stepped.at(0.35, die)
+    with theirs:
+        assert opened.run(stepped.way(0.6)).ending is Ending.STOPPED_HOLDING
+    assert opened.fault is None
+    assert stepped.torque() == [1] * 7
 
 
 def test_a_stop_that_was_met_does_not_stop_the_next_run(stepped: SteppedArm) -> None:
