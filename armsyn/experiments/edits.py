@@ -31,7 +31,7 @@ class Likeness(NamedTuple):
     Attributes
     ----------
     largest : float
-        Largest whitened coefficient of its projection.
+        Largest whitened coefficient: of any frame, or of its projection in the joint space.
     nearest : (str, float)
         The example nearest to it, and how far it is, sigma.
     outside_m : float
@@ -52,7 +52,7 @@ class Method(NamedTuple):
     result : EditResult
     seconds : float
     before, after : Likeness
-        Of the clip and of the edited one; so that all methods are judged alike, by projection.
+        Of the clip and of the edited one.
     """
 
     name: str
@@ -111,7 +111,10 @@ def compare(
         result, seconds = way(), _median_time(way, repeats)
         edited = result.clip
         assert isinstance(edited, BodyMotion)  # noqa: S101 - as the clip is
-        found.append(Method(name, result, seconds, before, likeness(edited, model)))
+        after = likeness(edited, model)
+        if result.largest_coefficient is not None:  # of any frame, where the projection is of all
+            after = after._replace(largest=result.largest_coefficient)
+        found.append(Method(name, result, seconds, before, after))
     return found
 
 

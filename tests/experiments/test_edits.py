@@ -16,7 +16,7 @@ from armsyn.editing import (
     learn_model,
     load_clips,
 )
-from armsyn.experiments import jump, reach_edit
+from armsyn.experiments import golf, golf_ground, jump, reach_edit
 from armsyn.experiments.edit_tables import mean_table, method_tables
 from armsyn.experiments.edits import (
     JOINT_PATH,
@@ -27,6 +27,7 @@ from armsyn.experiments.edits import (
     compare,
     likeness,
 )
+from armsyn.experiments.golf_ground import CLUB, FEET, HIT, Slope
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import write
 from tests.editing.conftest import made_clip, made_skeleton
@@ -116,3 +117,59 @@ def test_a_jump_is_raised_at_its_apex(captures: Path, tmp_path: Path) -> None:
     assert key_frame["crouch_m"] > joint["crouch_m"]
     assert [row["clips"] for row in means] == [2, 2, 2, 2]
     assert (tmp_path / "jump.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_slope_rises_by_its_tangent() -> None:
+    slope = Slope(0.5, np.radians(7.0))
+    np.testing.assert_allclose(slope.height([0.5, 1.5]), [0.0, 0.122785], atol=1e-6)
+
+
+def test_the_club_is_where_its_marker_was_captured(captures: Path) -> None:
+    # Marker 1 of the club, in the archive's own axes (y up), against the left wrist's frame
+    swing = load_clips("golf:3")[0]
+    model = learn_model(load_clips("golf:1,golf:2,golf:3"), frames=132)
+    places = golf_ground.points_of(model.figure.tree, model.figure.poses(swing))[CLUB]
+    with np.load(captures / "golf" / "gears.npz") as archive:
+        marker = archive["swing03|club_and_grip_markers"][:, 1, [2, 0, 1]]
+    first = 37  # the takeaway, in the captures' table of segments
+    away = np.linalg.norm(places[:60] - marker[first : first + 60], axis=1)
+    assert np.nanmedian(away) < 0.04
+
+
+def test_a_swing_is_brought_to_a_slope(captures: Path, tmp_path: Path) -> None:
+    del captures
+    report = golf.run(Settings("small", 0, 1), tmp_path, silent).as_dict()
+    json.dumps(report, allow_nan=False)
+    patterns, hit, looks, cost, _, ground, slopes, _ = (table["rows"] for table in report["tables"])
+    assert patterns[0]["examples"] == 11
+    assert all(row["error_m"] < 2e-5 for row in (*hit[::2], cost[0], cost[2]))
+    assert looks[1]["largest_coefficient"] < 6.0
+    assert cost[0]["time_ratio"] > cost[1]["time_ratio"]
+    assert [row["method"] for row in ground] == [
+        "before the edit",
+        KEY_FRAME,
+        LATENT_PATH,
+        JOINT_PATH,
+    ]
+    # The steeper the slope, the farther from flat swings, and the edit of 7 deg is the table's
+    assert (np.diff([row["largest_coefficient"] for row in slopes]) > 0).all()
+    assert slopes[-1]["hands_gap_change_m"] == pytest.approx(ground[1]["hands_gap_change_m"])
+
+
+def test_the_goals_lift_one_foot_as_much_as_they_lower_the_other(captures: Path) -> None:
+    del captures
+    clips = load_clips("golf:1,golf:2,golf:3")
+    model = learn_model(clips, frames=golf.FRAMES)
+    assert isinstance(model.figure, SkeletonFigure)
+    swing = at_frames(clips[0], model.figure, golf.FRAMES)
+    left, right, club = golf.goals(swing, model, golf.SLOPE)[0]
+    assert isinstance(left, KeyFrame)
+    assert isinstance(right, KeyFrame)
+    assert isinstance(club, KeyFrame)
+    assert left.frame == right.frame == club.frame == HIT
+    assert (left.effector, right.effector, club.effector) == (*FEET, CLUB)
+    apart = np.diff([swing.positions()[HIT, model.figure.tree.body(f.body), 0] for f in FEET])
+    assert left.by is not None
+    assert right.by is not None
+    assert left.by[2] == pytest.approx(-right.by[2])
+    assert left.by[2] - right.by[2] == pytest.approx(-np.tan(np.radians(7)) * apart[0], rel=1e-3)
