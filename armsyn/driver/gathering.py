@@ -39,12 +39,11 @@ def gather_health(group: ServoGroup, limp: Collection[int]) -> dict[int, HealthB
     Returns
     -------
     dict of int to HealthBlock
-        Where each servo that is pointed so now has its health; others are not in it.
+        Where each servo that is pointed so now has its health; others are not in it, nor is one
+        that does not take its indirect addresses.
 
     Raises
     ------
-    HardwareFaultError
-        A servo does not take its indirect addresses.
     BusError, PortLostError
         As the bus.
     """
@@ -59,8 +58,8 @@ def gather_health(group: ServoGroup, limp: Collection[int]) -> dict[int, HealthB
         block = IndirectBlock(area, GATHERED)
         pointed = block.pointed(group.bus, tuple(ids))
         if free := tuple(i for i in ids if i in limp and i not in pointed):
-            block.point(group.bus, free)
-        found |= dict.fromkeys((*pointed, *free), _health_block(block))
+            pointed += block.point(group.bus, free)
+        found |= dict.fromkeys(pointed, _health_block(block))
     return found
 
 

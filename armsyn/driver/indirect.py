@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from armsyn.driver.plans import Kind, ReadPlan
 from armsyn.driver.registers import Register
 from armsyn.driver.transactions import Bus
-from armsyn.errors import HardwareFaultError
 
 FIRST_INDIRECT_FIRMWARE_X330 = 53
 """Firmware from which on the X330's indirect registers lie as those of the other X series."""
@@ -78,32 +77,32 @@ class IndirectBlock:
         self.size = sum(register.size for register in registers)
         if self.size > area.slots:
             raise ValueError(f"{self.size} bytes do not fit {area.slots} indirect addresses")
-        self._area = area
         self._registers = tuple(registers)
         self.address = area.data
         self._addresses = Register("Indirect Address 1 and on", area.addresses, 2 * self.size)
         places = [r.address + n for r in registers for n in range(r.size)]
         self._wanted = int.from_bytes(b"".join(p.to_bytes(2, "little") for p in places), "little")
 
-    def point(self, bus: Bus, servo_ids: tuple[int, ...]) -> None:
+    def point(self, bus: Bus, servo_ids: tuple[int, ...]) -> tuple[int, ...]:
         """Let the indirect addresses of servos point at the registers, and read them back.
+
+        Returns
+        -------
+        tuple of int
+            Those of the servos that have taken them. They are told twice: nobody says that a sync
+            write came damaged.
 
         Raises
         ------
-        HardwareFaultError
-            A servo does not take them.
         BusError, PortLostError
             As `Bus.read_all`.
         """
-        bus.sync_write(self._addresses, dict.fromkeys(servo_ids, self._wanted))
-        pointed = self.pointed(bus, servo_ids)
-        for servo_id in servo_ids:
-            if servo_id not in pointed:
-                raise HardwareFaultError(
-                    f"servo {servo_id} on {bus.port_name} does not take its indirect addresses"
-                    f" (register {self._area.addresses}): check its model and firmware",
-                    servo_id,
-                )
+        pointed: tuple[int, ...] = ()
+        for _ in range(2):
+            if left := tuple(i for i in servo_ids if i not in pointed):
+                bus.sync_write(self._addresses, dict.fromkeys(left, self._wanted))
+                pointed += self.pointed(bus, left)
+        return pointed
 
     def pointed(self, bus: Bus, servo_ids: tuple[int, ...]) -> tuple[int, ...]:
         """Return those of the servos whose indirect addresses point at the registers already.

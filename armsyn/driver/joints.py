@@ -198,7 +198,7 @@ class JointGroup:
         """Make the slow checks of servos by one read each, where that can be had.
 
         As `armsyn.driver.gathering.gather_health`, which writes to limp ones; to be called before
-        torque.
+        torque, with the watchdogs armed, which then tell of a restart: it forgets what was written.
         """
         self._gathered = gather_health(servos, limp)
         self._polls = self._make_polls()
@@ -346,21 +346,47 @@ class JointGroup:
 
     def _ask(self, poll: _Poll) -> Health | None:
         servo_id = self.group.ids[poll.row]
-        reply = self.bus.exchange(b"", (poll.plan,), self.margin).get(servo_id)
-        if reply is None or len(reply.parameters) != poll.block.size:
+        health = self._look(poll)
+        if health is None:
             return None
-        health = poll.block.decode(poll.row, reply)
+        if health.torque_enabled is False and poll.block is self._gathered.get(servo_id):
+            return self._ask_itself(poll.row)
         if health.voltage == health.voltage:  # not NaN
             self._keep(poll.row, health.voltage, health.temperature)
-        if health.torque_enabled is False and poll.block is self._gathered.get(servo_id):
-            # a servo that restarted points nowhere: its registers themselves are asked
-            return self._ask(self._first_polls[poll.row])
-        if health.torque_enabled is False and self.group.having("Bus Watchdog", (servo_id,)):
-            # why: a servo that restarted has lost its watchdog, too
-            plan = health_plan(self.group, servo_id, WATCHDOG_BLOCK)
-            more = self._ask(_Poll(poll.row, WATCHDOG_BLOCK, plan))
-            return health if more is None else health._replace(bus_watchdog=more.bus_watchdog)
+        if health.torque_enabled is False:  # why: a restart takes the watchdog, too
+            return health._replace(bus_watchdog=self._watchdog(poll.row))
         return health
+
+    def _ask_itself(self, row: int) -> Health | None:
+        """Ask a servo's registers themselves: after a restart its indirect addresses lead nowhere.
+
+        It may have its torque, by its Startup Configuration; the watchdog tells of a restart. With
+        both, somebody else has taken the indirect addresses: they are not asked again.
+        """
+        health, watchdog = self._look(self._first_polls[row]), self._watchdog(row)
+        if health is not None and health.torque_enabled and watchdog:
+            del self._gathered[self.group.ids[row]]
+            self._polls = self._make_polls()
+        if watchdog is None:
+            return health
+        return (health or Health(row))._replace(bus_watchdog=watchdog)
+
+    def _watchdog(self, row: int) -> int | None:
+        """Bus watchdog of one servo; None when it has none, or did not answer."""
+        servo_id = self.group.ids[row]
+        if not self.group.having("Bus Watchdog", (servo_id,)):
+            return None
+        plan = health_plan(self.group, servo_id, WATCHDOG_BLOCK)
+        health = self._look(_Poll(row, WATCHDOG_BLOCK, plan))
+        return None if health is None else health.bus_watchdog
+
+    def _look(self, poll: _Poll) -> Health | None:
+        """What one read brings."""
+        replies = self.bus.exchange(b"", (poll.plan,), self.margin)
+        reply = replies.get(self.group.ids[poll.row])
+        if reply is None or len(reply.parameters) != poll.block.size:
+            return None
+        return poll.block.decode(poll.row, reply)
 
     def cycle(self) -> Cycle:
         """What a cycle takes on the wire, return delays as the bus knows them."""

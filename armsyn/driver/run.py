@@ -211,8 +211,8 @@ class ArmRun:
     def _power_up(self, log: StreamLog, lead: LeadSettings) -> Streamer:
         self.powering = True
         try:
-            self.joints.gather_health(self.group, self._limp)
             facts = power.prepare(self.group, self._facts, self._profiles)
+            self.joints.gather_health(self.group, self._limp)
             streamer = self._make_streamer(facts, log, lead)
             power.power_up(self.group, facts)
         except BaseException as error:

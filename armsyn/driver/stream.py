@@ -132,7 +132,6 @@ class Streamer:
         self._judged_by = TickState.at_rest(self.commanded)._replace(current=np.zeros(n))
         self._warm: set[str] = set()
         self.begin()
-        self._polls_each_tick = self.link.polls * self.settings.period / HEALTH_INTERVAL
         self._polls_due, self._turn = 0.0, 0
 
     def begin(self) -> None:
@@ -321,7 +320,8 @@ class Streamer:
             row = int(np.argmax(state.alert))
             found = self.watch.poll_fault(self.link.read_health(row))
             return found or self.watch.alert_fault(row)
-        self._polls_due = min(self._polls_due + self._polls_each_tick, float(self.link.polls))
+        each_tick = self.link.polls * self.settings.period / HEALTH_INTERVAL
+        self._polls_due = min(self._polls_due + each_tick, float(self.link.polls))
         began, made = self.clock.now(), 0
         while self._polls_due >= 1.0 and (made == 0 or self._has_time_for_more(began, made)):
             health = self.link.poll(self._turn)

@@ -47,7 +47,7 @@ def test_what_cannot_be_put_back_is_said(stepped: SteppedArm) -> None:
 @pytest.mark.fault(42)
 def test_putting_back_is_tried_again(stepped: SteppedArm) -> None:
     session = stepped.session()
-    deafen(stepped.servos[5], TORQUE_ENABLE, 1, times=1)
+    deafen(stepped.servos[5], TORQUE_ENABLE, 1, times=2)
     deafen(stepped.servos[2], TORQUE_ENABLE, 0, times=2)
     with pytest.raises(HardwareFaultError, match="servo 6") as caught:
         session.run(stepped.way(*LARGE))
