@@ -73,7 +73,7 @@ def prepare(
     ------
     HardwareFaultError
         A servo does not take its watchdog or profile, is away from the goal it holds, or has
-        moved while limp, from where the motion was checked from.
+        moved while limp since `facts` were read.
     BusError, PortLostError
         As the bus.
     """

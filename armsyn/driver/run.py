@@ -12,7 +12,7 @@ from armsyn.driver import power
 from armsyn.driver.checks import check_facts, unwatched
 from armsyn.driver.clock import Clock
 from armsyn.driver.facts import ServoFacts, read_facts
-from armsyn.driver.gravity import LeadSettings
+from armsyn.driver.gravity import GoalLead, LeadSettings
 from armsyn.driver.gravity_facts import make_lead, read_lead_settings
 from armsyn.driver.joints import JointGroup
 from armsyn.driver.limits import check_position_limits, check_streamed, with_servo_limits
@@ -33,7 +33,7 @@ from armsyn.errors import (
     StopRequestedError,
 )
 from armsyn.motion import Motion
-from armsyn.safety import CommandLimits, check_trajectory
+from armsyn.safety import CommandLimits, check_start, check_trajectory
 
 FloatArray = NDArray[np.float64]
 
@@ -136,8 +136,8 @@ class ArmRun:
         Raises
         ------
         LimitError
-            The trajectory leaves the servos' own position limits, or would be refused at one of its
-            ticks; nothing has changed.
+            The trajectory leaves the servos' own position limits, would be refused at one of its
+            ticks, or starts where the arm no longer is; nothing has changed, or all is put back.
         StopRequestedError
             A stop was asked for before torque; nothing has changed.
         ArmFaultError
@@ -153,8 +153,8 @@ class ArmRun:
         for motion in (self.trajectory, self.park):
             if isinstance(motion, Motion):
                 check_position_limits(motion, self._facts, self.arm)
-        self._check_ticks()
         log, lead = self._make_log(), self._read_lead_settings()
+        self._check_ticks(lead)
         self._heed_stop()
         self.streamer = streamer = self._power_up(log, lead)
         try:
@@ -169,11 +169,9 @@ class ArmRun:
             _say_also(error, self._left())
             raise
 
-    def _check_ticks(self) -> None:
+    def _check_ticks(self, settings: LeadSettings) -> None:
         """Refuse a motion that would be a fault on its way, before it begins; LimitError."""
-        chain, leaders = self.arm.chain, self._leaders
-        here = self.arm.calibration.to_radians([servo.present_position for servo in leaders])
-        start = np.clip(here, chain.lower, chain.upper)
+        start = self._lead_from(self._facts, settings).wanted
         limits = CommandLimits.of(self.arm, 1.0 / self.rate_hz, start)
         limits = with_servo_limits(limits, self._facts, self.arm, start)
         for motion in (self.trajectory, self.park):
@@ -243,14 +241,27 @@ class ArmRun:
         period, servos = 1.0 / self.rate_hz, self._leaders
         return read_lead_settings(self.group, self.arm, servos, period, gravity=self.gravity)
 
+    def _lead_from(self, facts: tuple[ServoFacts, ...], settings: LeadSettings) -> GoalLead:
+        """Let goals lead from where the servos are; LimitError when the motion starts elsewhere.
+
+        The arm may have moved since the motion was checked, and the way back to its start would
+        be gone within `armsyn.driver.path.BLEND`, however far it is.
+        """
+        servos, standing = facts[: len(self.arm.leaders)], power.standing_goals(facts)
+        ticks = [servo.present_position for servo in servos]
+        motion = self.trajectory
+        first = motion.first if isinstance(motion, SetpointMotion) else motion.angles
+        assert first is not None  # noqa: S101 - the session has checked the motion
+        check_start(np.atleast_2d(first)[0], self.arm.calibration.to_radians(ticks), self.arm)
+        return make_lead(settings, servos, [standing[servo.servo_id] for servo in servos])
+
     def _make_streamer(
         self, facts: tuple[ServoFacts, ...], log: StreamLog, settings: LeadSettings
     ) -> Streamer:
         """Make a streamer that begins where the arm is right before torque."""
         period, servos = 1.0 / self.rate_hz, facts[: len(self.arm.leaders)]
-        standing = power.standing_goals(facts)
+        lead = self._lead_from(facts, settings)
         self.joints.start_at([servo.present_position for servo in servos])
-        lead = make_lead(settings, servos, [standing[servo.servo_id] for servo in servos])
         commanded = lead.wanted
         limits = CommandLimits.of(self.arm, period, commanded)
         for remark in filter(None, (*self.remarks, settings.expected_droop())):

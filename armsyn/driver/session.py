@@ -337,8 +337,7 @@ class ArmSession:
             motion = SetpointMotion(thread, longest)
 
             def checked(posture: FloatArray) -> SetpointMotion:
-                motion.check(posture, self.arm)
-                return motion
+                return motion.check(posture, self.arm)
 
             return self._run(checked, None, on_tick)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -176,10 +176,13 @@ class SetpointMotion:
         Running.
     duration : float
         Seconds after which it comes to rest, unless it is finished earlier.
+    first : array, shape (n,), optional
+        The setpoint that it starts from, rad; `check` asks for it.
     """
 
     thread: SetpointThread
     duration: float
+    first: FloatArray | None = None
 
     def course(
         self, start: FloatArray, arm: ArmDescription, limits: CommandLimits
@@ -187,7 +190,7 @@ class SetpointMotion:
         """Course from where the goals stand, shape (n,), rad."""
         return SetpointCourse(self.thread, start, arm, limits, self.duration)
 
-    def check(self, present: FloatArray, arm: ArmDescription) -> None:
+    def check(self, present: FloatArray, arm: ArmDescription) -> SetpointMotion:
         """Refuse a function whose first setpoint is not where the arm is.
 
         Parameters
@@ -195,6 +198,11 @@ class SetpointMotion:
         present : array, shape (n,)
             rad.
         arm : ArmDescription
+
+        Returns
+        -------
+        SetpointMotion
+            The same, with its first setpoint.
 
         Raises
         ------
@@ -221,3 +229,4 @@ class SetpointMotion:
                 float(away[joint]),
                 START_TOLERANCE,
             )
+        return replace(self, first=first)

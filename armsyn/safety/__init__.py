@@ -11,7 +11,7 @@ from armsyn.safety.limits import CommandLimits
 from armsyn.safety.load import averaged_current, check_load, warm_joints
 from armsyn.safety.state import TickState
 from armsyn.safety.tick import Verdict, judge_tick
-from armsyn.safety.trajectory import START_TOLERANCE, check_trajectory
+from armsyn.safety.trajectory import START_TOLERANCE, check_start, check_trajectory
 
 __all__ = [
     "MARGIN",
@@ -28,6 +28,7 @@ __all__ = [
     "check_following",
     "check_load",
     "check_rates",
+    "check_start",
     "check_trajectory",
     "closest",
     "judge_tick",

@@ -94,7 +94,7 @@ def check_trajectory(
     angles = _finite_angles(motion, arm)
     step = _uniform_step(motion)
     if present_posture is not None:
-        _check_start(angles[0], present_posture, arm, start_tolerance)
+        check_start(angles[0], present_posture, arm, start_tolerance)
     _check_range(motion.time, angles, arm)
     _check_rates(motion.time, angles, step, arm)
     collision = check_collision(angles, arm, margin, time=motion.time, leaving=True)
@@ -157,9 +157,29 @@ def _uniform_step(motion: Trajectory) -> float:
     return step
 
 
-def _check_start(
-    start: FloatArray, present_posture: ArrayLike, arm: ArmDescription, tolerance: float
+def check_start(
+    start: FloatArray,
+    present_posture: ArrayLike,
+    arm: ArmDescription,
+    tolerance: float = START_TOLERANCE,
 ) -> None:
+    """Refuse a trajectory that does not start where the arm is.
+
+    Parameters
+    ----------
+    start, present_posture : array, shape (n,)
+        rad (or m).
+    arm : ArmDescription
+    tolerance : float
+        rad (or m).
+
+    Raises
+    ------
+    InputError
+        A present posture that is not n finite numbers.
+    LimitError
+        The message names the joint that is farthest away.
+    """
     present = np.asarray(present_posture, dtype=np.float64)
     if present.shape != start.shape or not np.isfinite(present).all():
         raise InputError(f"the present posture is not {start.size} finite numbers: {present}")
