@@ -23,7 +23,9 @@ _TRIPLE = (float, float, float)
 @click.option(
     "--scene", type=_FILE, metavar="TOML", help="Constraints; armsyn edit template writes one."
 )
-@click.option("--point", metavar="BODY", help="One more key-frame: of this body, or BODY:X,Y,Z.")
+@click.option(
+    "--point", metavar="BODY", help="A key-frame of this body (tip: an arm's), or BODY:X,Y,Z."
+)
 @click.option("--frame", type=int, help="At this frame; negative from the end  [default: -1]")
 @click.option("--to", nargs=3, type=_TRIPLE, metavar="X Y Z", help="Goes there, m.")
 @click.option("--by", nargs=3, type=_TRIPLE, metavar="X Y Z", help="Is moved by that, m.")

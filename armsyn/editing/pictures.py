@@ -123,5 +123,6 @@ def _draw_coefficients(axes: Any, result: EditResult, bound: float) -> None:
     axes.bar(places + 0.2, farthest, width=0.4, color=AFTER, label="after (of any frame)")
     for line in (-bound, bound):
         axes.axhline(line, color="black", linestyle=":", linewidth=1)
+    axes.locator_params(axis="x", integer=True)
     axes.set(xlabel="component", ylabel="coefficient, sigma", title="dotted: bound unless forced")
     axes.legend(fontsize="small")

@@ -104,7 +104,7 @@ def run(settings: Settings, folder: Path, on_progress: Progress) -> Report:
             *method_tables(f"{SHOWN}, slope", found, repeats),
             ground_table(f"{SHOWN}: club and ground", found, SLOPE),
             slopes_table(shown, model),
-            mean_table("Every swing, from the others", everywhere, [slide_verdict(everywhere)]),
+            mean_table("Every swing on the slope", everywhere, [slide_verdict(everywhere)]),
         ],
         [draw(hit, SIDE, folder, "golf_hit.png"), draw(found, SIDE, folder, "golf_slope.png")],
         [_WHAT, _LIMITS],
