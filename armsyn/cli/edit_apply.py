@@ -10,8 +10,14 @@ import click
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
-    from armsyn.editing import Constraint, EditResult, KeyFrame, MotionModel, SolverOptions
-    from armsyn.editing.report import Scored
+    from armsyn.editing import (
+        Constraint,
+        EditResult,
+        Effector,
+        KeyFrame,
+        MotionModel,
+        SolverOptions,
+    )
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
 _TRIPLE = (float, float, float)
@@ -58,34 +64,21 @@ def apply(**options: Any) -> None:
     Exit status 4, nothing written: too far from the examples, or unsafe.
     """
     from armsyn.cli.edit_clips import load_clip
+    from armsyn.cli.edit_files import check_outputs, check_suffix, tell, write
     from armsyn.editing import Editor, load_model
     from armsyn.editing.report import score_edit
 
-    _check_outputs(options)
+    check_outputs(options)
     model = load_model(options["model_path"])
     arm = _arm_of(model, options)
-    _check_suffix(options["out"], arm)
+    check_suffix(options["out"], arm)
     constraints, solver = _asked(options)
     clip = load_clip(options["clip"], arm)
     result = Editor(clip, model, solver).edit(constraints, force=options["force"])
     notes = [] if arm is None else _safe(result, arm)
     scored = score_edit(result)
-    _write(result, model, scored, solver.coefficient_bound, notes, options)
-    _tell(result, scored, notes, options)
-
-
-def _check_outputs(options: dict[str, Any]) -> None:
-    from armsyn.cli.learn_plot import checked_plot
-    from armsyn.errors import InputError
-
-    if options["plot"] is not None:
-        checked_plot(options["plot"])
-    given = [options[key] for key in ("out", "latent", "page", "plot") if options[key] is not None]
-    for path in given:
-        if not path.parent.is_dir():
-            raise InputError(f"{path}: no folder {path.parent}")
-    if len({path.resolve() for path in given}) < len(given):
-        raise InputError("--out, --latent, --report and --plot need files of their own")
+    write(result, model, scored, solver.coefficient_bound, notes, options)
+    tell(result, scored, notes, options)
 
 
 def _arm_of(model: MotionModel, options: dict[str, Any]) -> ArmDescription | None:
@@ -103,14 +96,6 @@ def _arm_of(model: MotionModel, options: dict[str, Any]) -> ArmDescription | Non
             f"{options['model_path']}: learned for another description of {arm.name}: learn again"
         )
     return arm
-
-
-def _check_suffix(out: Path, arm: ArmDescription | None) -> None:
-    from armsyn.errors import InputError
-
-    known = (".bvh", ".npz", ".csv") if arm is None else (".npz", ".csv")
-    if out.suffix.lower() not in known:
-        raise InputError(f"{out}: an edited clip of this kind is written as {', '.join(known)}")
 
 
 def _asked(options: dict[str, Any]) -> tuple[list[Constraint], SolverOptions]:
@@ -145,7 +130,7 @@ def _key_frame(options: dict[str, Any]) -> KeyFrame:
     )
 
 
-def _effector(text: str) -> Any:
+def _effector(text: str) -> Effector:
     from armsyn.editing import Effector
     from armsyn.errors import ConstraintError
 
@@ -173,61 +158,3 @@ def _safe(result: EditResult, arm: ArmDescription) -> list[str]:
     except RefusedMotionError as error:
         return [f"Safe for {arm.name}; the original was not: {error}."]
     return [f"Safe for {arm.name}: ranges, speeds, accelerations, jerk, collisions."]
-
-
-def _write(
-    result: EditResult,
-    model: MotionModel,
-    scored: Scored,
-    bound: float,
-    notes: list[str],
-    options: dict[str, Any],
-) -> None:
-    import json
-
-    from armsyn.editing.page import write_page
-    from armsyn.editing.pictures import save_picture
-    from armsyn.editing.report import latent_as_dict
-    from armsyn.motion.body import BodyMotion
-    from armsyn.motion.formats import write_body, write_motion
-    from armsyn.motion.formats.files import replacing
-
-    out, clip = options["out"], result.clip
-    if isinstance(clip, BodyMotion) and out.suffix.lower() != ".csv":
-        write_body(out, clip)
-    else:
-        write_motion(out, clip.as_motion() if isinstance(clip, BodyMotion) else clip)
-    if options["latent"] is not None:
-        text = json.dumps(latent_as_dict(result, model), indent=1, allow_nan=False)
-        with replacing(options["latent"]) as temporary:
-            temporary.write_text(text + "\n", encoding="utf-8")
-    if options["page"] is not None:
-        write_page(options["page"], result, scored, bound, notes)
-    if options["plot"] is not None:
-        save_picture(options["plot"], result, bound)
-
-
-def _tell(result: EditResult, scored: Scored, notes: list[str], options: dict[str, Any]) -> None:
-    from armsyn.editing.report import edit_as_dict, figure_rows
-
-    written = {key: options[key] for key in ("out", "latent", "page", "plot")}
-    if options["as_json"]:
-        import json
-
-        files = {key: None if path is None else str(path) for key, path in written.items()}
-        document = edit_as_dict(result, scored) | {"notes": notes, "files": files}
-        click.echo(json.dumps(document, indent=2, allow_nan=False))
-        return
-    if not result.success:
-        click.echo("not every constraint is met: see what each level misses", err=True)
-    for what, value in figure_rows(result):
-        click.echo(f"{what}: {value}")
-    if scored.score is None:
-        click.echo(f"after against before: no score: {scored.refusal}")
-    else:
-        distance = 100 * scored.score.comparison.held_distance
-        click.echo(f"after against before: held distance {distance:.2f} cm")
-    for note in notes:
-        click.echo(note)
-    for path in filter(None, written.values()):
-        click.echo(f"wrote {path}")
