@@ -12,7 +12,8 @@ from armsyn.safety.state import TickState
 FloatArray = NDArray[np.float64]
 
 CURRENT_MEMORY = 0.5
-"""s over which currents are averaged before they are judged: accelerating takes short ones."""
+"""Time constant of the smoothing of currents before they are judged, s: accelerating takes short
+ones."""
 
 WARM = 5.0
 """Degrees Celsius below its limit at which a servo is warned of."""
@@ -74,21 +75,25 @@ def warm_joints(state: TickState, limits: CommandLimits) -> tuple[str, ...]:
 
 
 def averaged_current(average: FloatArray, current: FloatArray, period: float) -> FloatArray:
-    """Let a moving average of currents take in new ones.
+    """Let an average of how much current flows, either way, take in what flows now.
+
+    It is smoothed exponentially with the time constant `CURRENT_MEMORY`. Of currents that change
+    their sign the magnitude counts: they heat a servo as much, and would cancel otherwise.
 
     Parameters
     ----------
     average, current : array, shape (n,)
-        A; NaN where unknown. An unknown average begins with the current, and an unknown current
-        leaves the average as it is.
+        A; NaN where unknown. An unknown average begins with the magnitude of the current, and an
+        unknown current leaves the average as it is.
     period : float
         Since the last one, s.
 
     Returns
     -------
     array, shape (n,)
-        A.
+        A, not negative.
     """
     share = min(period / CURRENT_MEMORY, 1.0)
+    current = np.abs(current)
     moved = np.where(np.isnan(average), current, average + share * (current - average))
     return np.where(np.isnan(current), average, moved)

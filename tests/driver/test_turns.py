@@ -124,6 +124,19 @@ def test_currents_beyond_a_servos_own_limit_are_a_fault_when_they_last(
         session.run(straight_way(here, rest, stepped.description, 200.0))
 
 
+@pytest.mark.fault(19)
+def test_currents_to_and_fro_are_a_fault_too(stepped: SteppedArm) -> None:
+    """Whoever shakes a joint costs as much current as who holds it."""
+    stepped.by_id[ELBOW].memory.store("Current Limit", 200)
+    simulation = stepped.port.simulation
+    pushes = [f"push:torque={torque},for=0.08,id=4" for torque in (4, -4)]
+    for number in range(30):
+        push = pushes[number % 2]
+        stepped.at(0.1 + 0.08 * number, lambda push=push: simulation.inject(push))
+    with pytest.raises(ServoLoadError, match=r"elbow_flexion: its servo takes 0\.5.* 0\.54 A"):
+        stepped.session().run(stepped.way(0.6, 0.3, -0.6, 0.9))
+
+
 def test_the_stricter_of_two_current_limits_counts() -> None:
     arm = load_arm("viperx_300s")
     stepped = SteppedArm(arm)

@@ -305,6 +305,15 @@ def test_currents_are_averaged() -> None:
     np.testing.assert_array_equal(averaged_current(average, np.full(2, np.nan), 0.005), average)
 
 
+def test_currents_to_and_fro_do_not_cancel() -> None:
+    """As of a joint that swings about its goal: 8 Hz at 3 A are 3 A."""
+    average = np.zeros(1)
+    for tick in range(600):
+        sign = -1.0 if (tick // 12) % 2 else 1.0
+        average = averaged_current(average, np.array([3.0 * sign]), 0.005)
+    np.testing.assert_allclose(average, 3.0 * (1.0 - np.exp(-3.0 / 0.5)), atol=0.005)
+
+
 @given(st.lists(st.tuples(steps, steps), max_size=12))
 def test_a_whole_stream_is_refused_where_its_ticks_are(moves: list[tuple[float, float]]) -> None:
     stream = np.cumsum([(0.0, 0.0), *(0.2 * np.array(move) for move in moves)], axis=0)
