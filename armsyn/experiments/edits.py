@@ -18,6 +18,7 @@ from armsyn.editing import (
     edit_in_joint_space,
 )
 from armsyn.editing.pattern.timing import normalised_poses
+from armsyn.experiments.learned import Progress
 from armsyn.motion.body import BodyMotion
 
 KEY_FRAME, LATENT_PATH, JOINT_PATH = "LPIK key-frame", "LPIK key-trajectory", "PIK key-trajectory"
@@ -115,6 +116,35 @@ def compare(
         if result.largest_coefficient is not None:  # of any frame, where the projection is of all
             after = after._replace(largest=result.largest_coefficient)
         found.append(Method(name, result, seconds, before, after))
+    return found
+
+
+def edit_each(
+    stage: str,
+    clips: Sequence[BodyMotion],
+    edit: Callable[[BodyMotion], list[Method]],
+    on_progress: Progress,
+) -> list[list[Method]]:
+    """Edit one clip after the other.
+
+    Parameters
+    ----------
+    stage : str
+        For the progress.
+    clips : sequence of BodyMotion
+    edit : callable
+        From a clip to its edits by each method.
+    on_progress : callable
+
+    Returns
+    -------
+    list of list of Method
+    """
+    found = []
+    for number, clip in enumerate(clips):
+        on_progress(stage, number, len(clips), clip.source)
+        found.append(edit(clip))
+    on_progress(stage, len(clips), len(clips), "")
     return found
 
 

@@ -26,7 +26,7 @@ from armsyn.experiments.edit_tables import (
     pattern_table,
     slide_verdict,
 )
-from armsyn.experiments.edits import OPTIONS, Method, at_frames, compare
+from armsyn.experiments.edits import OPTIONS, Method, at_frames, compare, edit_each
 from armsyn.experiments.golf_ground import (
     CLUB,
     FEET,
@@ -83,11 +83,9 @@ def run(settings: Settings, folder: Path, on_progress: Progress) -> Report:
     swing = _at_frames(shown, model)
     hit = compare(swing, model, *hit_goals(), repeats)
     edited = [shown] if settings.budget == "small" else clips
-    everywhere = []
-    for number, clip in enumerate(edited):
-        on_progress("swings", number, len(edited), clip.source)
-        everywhere.append(_edited(clip, _learned(clips, clip), 1))
-    on_progress("swings", len(edited), len(edited), "")
+    everywhere = edit_each(
+        "swings", edited, lambda clip: _edited(clip, _learned(clips, clip), 1), on_progress
+    )
     return Report(
         "golf",
         "A golf swing on a slope (the second paper's first case)",

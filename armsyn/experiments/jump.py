@@ -26,7 +26,7 @@ from armsyn.experiments.edit_tables import (
     pattern_table,
     slide_verdict,
 )
-from armsyn.experiments.edits import Method, at_frames, compare
+from armsyn.experiments.edits import Method, at_frames, compare, edit_each
 from armsyn.experiments.learned import Progress
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import Column, Report, Table, Value, centimetres
@@ -76,11 +76,9 @@ def run(settings: Settings, folder: Path, on_progress: Progress) -> Report:
     model = _learned(clips, shown)
     found = _edited(shown, model, repeats)
     edited = clips[:2] if settings.budget == "small" else clips
-    everywhere = []
-    for number, clip in enumerate(edited):
-        on_progress("jumps", number, len(edited), clip.source)
-        everywhere.append(_edited(clip, _learned(clips, clip), 1))
-    on_progress("jumps", len(edited), len(edited), "")
+    everywhere = edit_each(
+        "jumps", edited, lambda clip: _edited(clip, _learned(clips, clip), 1), on_progress
+    )
     return Report(
         "jump",
         "A higher jump (the second paper's third case)",
