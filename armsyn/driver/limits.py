@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription
 from armsyn.driver.facts import ServoFacts
 from armsyn.driver.models import servo_model
-from armsyn.driver.path import Path
+from armsyn.driver.path import BLEND, Path
 from armsyn.driver.registers import LAST_TICK, POSITION_MODE, VOLTAGE_UNIT
 from armsyn.errors import LimitError
 from armsyn.motion import Motion
@@ -26,6 +26,12 @@ _LOWEST, _HIGHEST = -1_048_575, 1_048_575
 Position); MX with Protocol 1.0 take fewer."""
 
 _MX1_HIGHEST = 28_672
+
+_BLOCK = 2000
+"""Ticks of a motion that are judged at a time."""
+
+_AT_SPEED = 0.5
+"""Part of the next step from which on the first is no start from rest."""
 
 
 def check_position_limits(motion: Motion, facts: Sequence[ServoFacts], arm: ArmDescription) -> None:
@@ -77,7 +83,9 @@ def goal_range(servo: ServoFacts) -> tuple[int, int, str]:
     return _LOWEST, _HIGHEST, "its extended position mode"
 
 
-def check_streamed(motion: Motion, start: FloatArray, limits: CommandLimits) -> FloatArray:
+def check_streamed(
+    motion: Motion, start: FloatArray, limits: CommandLimits, meanwhile: Callable[[], None]
+) -> FloatArray:
     """Refuse a motion whose ticks would be refused on the way, as where its samples are too few.
 
     Parameters
@@ -88,6 +96,8 @@ def check_streamed(motion: Motion, start: FloatArray, limits: CommandLimits) -> 
         Where the goals stand, rad.
     limits : CommandLimits
         Of the stream.
+    meanwhile : callable
+        Called now and then: looking at a long motion takes a while. What it raises ends that.
 
     Returns
     -------
@@ -100,20 +110,54 @@ def check_streamed(motion: Motion, start: FloatArray, limits: CommandLimits) -> 
         The message names joint, time and the motion's row.
     """
     path = Path(motion, start=start)
-    ticks = math.ceil(path.duration / limits.period)
-    commands = np.array([path.at(tick * limits.period) for tick in range(ticks + 1)])
-    refused = check_commands(commands, limits)
-    if refused is None:
-        return np.asarray(commands[-1])
-    tick, refusal = refused
+    count = math.ceil(path.duration / limits.period) + 1
+    before = None
+    for first in range(0, count, _BLOCK):
+        meanwhile()
+        last = min(first + _BLOCK, count)
+        commands = path.at_times(_moments(first, last, limits))
+        refused = check_commands(commands, limits, before=before, rests=last == count)
+        if refused is not None:
+            raise _refused(refused[1], first + refused[0], motion, path, limits)
+        before = commands[-3:]
+    return np.asarray(commands[-1])
+
+
+def _moments(first: int, last: int, limits: CommandLimits) -> FloatArray:
+    return np.arange(first, last, dtype=np.float64) * limits.period
+
+
+def _refused(
+    refusal: LimitError, tick: int, motion: Motion, path: Path, limits: CommandLimits
+) -> LimitError:
+    """Say when a tick is refused, and what helps."""
     time = min(tick * limits.period, path.duration)
-    row = min(int(np.searchsorted(motion.time - motion.time[0], time)), len(motion.time) - 1)
-    raise LimitError(
-        f"{refusal} at {time:.3f} s (row {row} of {len(motion.time)}): the samples are too far"
-        " apart there, or too fast; give more of them, or slow the motion down",
-        refusal.joint,
-        refusal.value,
-        refusal.limit,
+    moments = motion.time - motion.time[0]
+    row = min(int(np.searchsorted(moments, time)), len(moments) - 1)
+    said = f"{refusal} at {time:.3f} s (row {row} of {len(moments)})"
+    column = limits.names.index(refusal.joint)
+    wanted = float(path.at(time)[column])
+    if limits.lower[column] <= wanted <= limits.upper[column]:
+        said += f": {_advice(column, row, tick, motion, limits)}"
+    return LimitError(said, refusal.joint, refusal.value, refusal.limit)
+
+
+def _advice(column: int, row: int, tick: int, motion: Motion, limits: CommandLimits) -> str:
+    """What to do about a tick that changes too much."""
+    if tick * limits.period < BLEND + 3 * limits.period:
+        by_itself = Path(motion).at_times(_moments(0, tick + 1, limits))
+        if check_commands(by_itself, limits, rests=False) is None:
+            return "the motion starts too far from where the arm stands; plan it from there"
+    assert motion.angles is not None  # noqa: S101 - its path has been made
+    steps = np.abs(np.diff(motion.angles[:, column]))
+    # from rest the first step would be a third of the second, or less
+    if len(steps) > 1 and row <= 1 and steps[0] > _AT_SPEED * steps[1]:
+        return "the motion starts at speed; let it start from rest"
+    if len(steps) > 1 and row >= len(steps) and steps[-1] > _AT_SPEED * steps[-2]:
+        return "the motion ends at speed; let it come to rest"
+    return (
+        "the samples are too far apart there, or too fast; give more of them, or slow the motion"
+        " down"
     )
 
 

@@ -71,13 +71,30 @@ class Path:
         t = min(max(path_time, 0.0), float(self._time[-1]))
         k = min(int(np.searchsorted(self._time, t, side="right")), self._time.size - 1)
         h = self._time[k] - self._time[k - 1]
+        posture = self._cubic(k, h, (t - self._time[k - 1]) / h)
+        if self._offset is not None and path_time < BLEND:
+            posture += self._offset * (1.0 - minimum_jerk(path_time / BLEND))
+        return posture
+
+    def at_times(self, path_times: FloatArray) -> FloatArray:
+        """Postures at many path times, shape (m,), s: rows of shape (m, n) as `at`, rad."""
+        t = np.minimum(np.maximum(path_times, 0.0), self._time[-1])
+        k = np.minimum(np.searchsorted(self._time, t, side="right"), self._time.size - 1)
+        h = self._time[k] - self._time[k - 1]
         u = (t - self._time[k - 1]) / h
+        postures = self._cubic(k, h[:, None], u[:, None])
+        if self._offset is not None:
+            postures += self._offset * (1.0 - minimum_jerk(path_times / BLEND))[:, None]
+        return postures
+
+    def _cubic(
+        self, k: int | NDArray[np.int64], h: float | FloatArray, u: float | FloatArray
+    ) -> FloatArray:
+        """Part `u` of the way from sample `k` - 1 to `k`, which are `h` s apart."""
         posture = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * self._angles[k - 1]
         posture += u**2 * (3.0 - 2.0 * u) * self._angles[k]
         posture += h * u * (1.0 - u) ** 2 * self._slopes[k - 1]
         posture -= h * u**2 * (1.0 - u) * self._slopes[k]
-        if self._offset is not None and path_time < BLEND:
-            posture += self._offset * (1.0 - minimum_jerk(path_time / BLEND))
         return np.asarray(posture)
 
 

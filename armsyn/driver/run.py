@@ -176,7 +176,7 @@ class ArmRun:
         limits = with_servo_limits(limits, self._facts, self.arm, start)
         for motion in (self.trajectory, self.park):
             if isinstance(motion, Motion):
-                start = check_streamed(motion, start, limits)
+                start = check_streamed(motion, start, limits, self._heed_stop)
 
     def _left(self) -> str:
         """What a fault leaves, for its message."""

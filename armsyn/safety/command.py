@@ -104,21 +104,32 @@ def check_rates(
     )
 
 
-def check_commands(commands: FloatArray, limits: CommandLimits) -> tuple[int, LimitError] | None:
-    """Whether a stream of commands, from rest to rest, will pass `check_command` and `check_rates`.
+def check_commands(
+    commands: FloatArray,
+    limits: CommandLimits,
+    *,
+    before: FloatArray | None = None,
+    rests: bool = True,
+) -> tuple[int, LimitError] | None:
+    """Whether a stream of commands will pass `check_command` and `check_rates`.
 
     Parameters
     ----------
-    commands : array, shape (m, n)
-        A period apart, rad; the first is where the goals stand.
+    commands : array, shape (m, n), m > 0
+        A period apart, rad.
     limits : CommandLimits
+    before : array, shape (3, n), optional
+        Those before them; without them, the first is where the goals have stood.
+    rests : bool
+        Whether the goals stand where the last is afterwards.
 
     Returns
     -------
     tuple of int and LimitError, or None
         The first row that will not, and why; rows from m on are of the rest afterwards.
     """
-    rows = np.concatenate([commands[:1]] * 3 + [commands] + [commands[-1:]] * 3)
+    before = np.repeat(commands[:1], 3, axis=0) if before is None else before
+    rows = np.concatenate([before, commands, np.repeat(commands[-1:], 3 * rests, axis=0)])
     step, bend, twist = (np.diff(rows, order, axis=0)[3 - order :] for order in (1, 2, 3))
     allowed = (
         (rows[3:] >= limits.lower - POSITION_TOLERANCE)

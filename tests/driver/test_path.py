@@ -56,6 +56,16 @@ def test_the_start_fades_into_the_path() -> None:
     assert path.at(BLEND)[0] == 0.0
 
 
+@given(ANGLES, st.sampled_from([None, 0.0, 0.04]))
+def test_many_postures_are_the_same_as_one_by_one(values: list[float], off: float | None) -> None:
+    start = None if off is None else np.array([values[0] + off])
+    path = Path(motion(values), start=start)
+    times = np.linspace(-0.1, path.duration + 0.1, 57)
+    one_by_one = [path.at(t) for t in times.tolist()]
+    np.testing.assert_allclose(path.at_times(times), one_by_one, rtol=0.0, atol=1e-12)
+    assert path.at_times(times[:0]).shape == (0, 1)
+
+
 def test_a_path_begins_and_ends_at_rest() -> None:
     path = Path(motion([0.0, 0.1, 0.3, 0.4]))
     for end in (0.0, 0.3):

@@ -326,3 +326,15 @@ def test_a_whole_stream_is_refused_where_its_ticks_are(moves: list[tuple[float, 
             break
     found = check_commands(stream, LIMITS)
     assert (found and found[0]) == refused
+
+
+@given(st.lists(st.tuples(steps, steps), min_size=4, max_size=12), st.integers(3, 10))
+def test_a_stream_may_be_judged_in_parts(moves: list[tuple[float, float]], cut: int) -> None:
+    stream = np.cumsum([(0.0, 0.0), *(0.2 * np.array(move) for move in moves)], axis=0)
+    cut = min(cut, len(stream) - 1)
+    found = check_commands(stream[:cut], LIMITS, rests=False)
+    if found is None:
+        found = check_commands(stream[cut:], LIMITS, before=stream[cut - 3 : cut])
+        found = found and (found[0] + cut, found[1])
+    whole = check_commands(stream, LIMITS)
+    assert (found and (found[0], str(found[1]))) == (whole and (whole[0], str(whole[1])))
