@@ -20,6 +20,10 @@ from armsyn.driver.plans import ReadPlan
 from armsyn.driver.requests import Request
 from armsyn.errors import BusBudgetError, BusTimeoutError, ServoStatusError
 
+LEAST_MARGIN = 10e-3
+"""Seconds, beyond twice the adapter's latency, for which an answer is waited for even where others
+of the same cycle have used up the margin: a host is that late without being late for long."""
+
 _MISHEARD = {1: 0x10, 2: 3}
 """By protocol, what a servo answers to a request that noise has struck: checksum or CRC error."""
 
@@ -44,6 +48,8 @@ class ExchangeBus(BusPort):
         Return delay time of each servo, s; the greatest there is where it is not said.
     budget : ErrorBudget
         Repetitions that are left.
+    late : float
+        Seconds that the last `exchange` waited beyond the time on the wire.
 
     Raises
     ------
@@ -55,6 +61,7 @@ class ExchangeBus(BusPort):
         self.protocols: dict[int, int] = {}
         self.return_delays: dict[int, float] = {}
         self.budget = ErrorBudget()
+        self.late = 0.0
         self._line = Line()
         self._lock = RLock()
         super().__init__(path, baud, margin)
@@ -103,7 +110,9 @@ class ExchangeBus(BusPort):
         reads : iterable of ReadPlan
             Of different servos.
         margin : float, optional
-            Seconds that a reply may come after its time on the wire, instead of the bus's own.
+            Seconds that all replies together may come after their time on the wire, so that
+            several silent servos do not hold up a cycle for longer than one (but for
+            `LEAST_MARGIN` each); without it each may be late by the bus's own.
 
         Returns
         -------
@@ -117,14 +126,23 @@ class ExchangeBus(BusPort):
             The port went away.
         """
         replies: dict[int, StatusPacket] = {}
+        left = margin
         with self._lock:
+            self.late = 0.0
             for plan in reads:
                 for request in plan.requests:
-                    replies |= self._run(request, before, margin)
+                    replies |= self._run(request, before, left)
                     before = b""
+                    self.late += self._line.late
+                    if margin is not None:
+                        left = self.margin_left(margin)
             if before:
                 self._line.send(self.serial_port, before)
         return replies
+
+    def margin_left(self, margin: float) -> float:
+        """What the last `exchange` has left of a margin; `LEAST_MARGIN` of it at least, s."""
+        return max(margin - self.late, min(margin, LEAST_MARGIN + 2.0 * self.latency))
 
     def _protocol(self, servo_id: int) -> int:
         return self.protocols.get(servo_id, 2)

@@ -121,7 +121,7 @@ class JointGroup:
     bus : Bus
     arm : ArmDescription
     margin : float
-        Seconds that a reply may be late while streaming.
+        Seconds that the replies of a cycle, slow checks among them, may be late while streaming.
     firmware : dict of int to int, optional
         Firmware versions by ID, as `armsyn.driver.facts.check_models` finds them out. Without
         them no servo is read fast.
@@ -146,7 +146,7 @@ class JointGroup:
         missing: Collection[int] = (),
     ) -> None:
         self.bus = bus
-        self.margin = margin
+        self.margin = self._margin_left = margin
         self.calibration = arm.calibration
         self.group = ServoGroup(bus, watched_servos(arm), firmware)
         self._leaders = self.group.only(arm.leaders)
@@ -279,11 +279,16 @@ class JointGroup:
         PortLostError
             The port went away.
         """
-        return self._take(self.bus.exchange(self.goals_packet(command), self._plans, self.margin))
+        return self._cycle_with(self.goals_packet(command))
 
     def read_state(self) -> JointState:
         """Read the joints' state and write nothing; as `exchange`."""
-        return self._take(self.bus.exchange(b"", self._plans, self.margin))
+        return self._cycle_with(b"")
+
+    def _cycle_with(self, before: bytes) -> JointState:
+        replies = self.bus.exchange(before, self._plans, self.margin)
+        self._margin_left = self.bus.margin_left(self.margin)
+        return self._take(replies)
 
     def _take(self, replies: dict[int, StatusPacket]) -> JointState:
         if len(replies) == len(self.ids) and self._take_whole(replies):
@@ -382,7 +387,8 @@ class JointGroup:
 
     def _look(self, poll: _Poll) -> Health | None:
         """What one read brings."""
-        replies = self.bus.exchange(b"", (poll.plan,), self.margin)
+        replies = self.bus.exchange(b"", (poll.plan,), self._margin_left)
+        self._margin_left = self.bus.margin_left(self._margin_left)
         reply = replies.get(self.group.ids[poll.row])
         if reply is None or len(reply.parameters) != poll.block.size:
             return None

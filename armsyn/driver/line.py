@@ -32,12 +32,15 @@ class Line:
         What has been met so far.
     latency : float
         Seconds for which the adapter may keep a reply to itself.
+    late : float
+        Seconds beyond its time on the wire that the last request took.
     """
 
     def __init__(self) -> None:
         self.counters = BusCounters()
         self.parser_counters = ParserCounters()
         self.latency = 0.0
+        self.late = 0.0
         self._parser = StatusParser(counters=self.parser_counters)
         self._parser1 = StatusParser1(self.parser_counters)
         self._silent_since: float | None = None  # of a time-out: replies may still come late
@@ -94,7 +97,10 @@ class Line:
         expected = port.now() + duration()
         replies, data = self._expect(port, request, sent, expected)
         if replies is None:
-            return self._collect(port, request, sent, data, expected + margin)
+            collected = self._collect(port, request, sent, data, expected + margin)
+            self.late = max(0.0, port.now() - expected)
+            return collected
+        self.late = 0.0
         self.parser_counters.packets += len(replies)
         return replies
 

@@ -204,7 +204,7 @@ class ArmWatch:
                 )
         return None
 
-    def poll_fault(self, health: Health | None) -> HardwareFaultError | None:
+    def poll_fault(self, health: Health | None) -> HardwareFaultError | BusTimeoutError | None:
         """Return what a slow check of one servo says; a lost reply says nothing.
 
         Parameters
@@ -213,9 +213,9 @@ class ArmWatch:
 
         Returns
         -------
-        HardwareFaultError or None
+        HardwareFaultError, BusTimeoutError or None
             A hardware error, torque or RAM lost, a bus watchdog that has expired, or a shadow that
-            does not follow.
+            does not follow; servos that are silent, if the watchdog expired while they were.
         """
         if health is None:
             return None
@@ -225,7 +225,19 @@ class ArmWatch:
         problem = self._problem(servo, health)
         if problem is None:
             return None
+        if problem is _STOPPED and (self._unanswered >= FEWEST_UNANSWERED - 1).any():
+            return self._kept_waiting(servo)
         return HardwareFaultError(f"{title_of(servo)} {problem}", servo.id)
+
+    def _kept_waiting(self, stopped: ServoDescription) -> BusTimeoutError:
+        """Name those who are silent: waiting for them kept another from its commands."""
+        rows = np.flatnonzero(self._unanswered >= FEWEST_UNANSWERED - 1)
+        silent = [self.settings.servos[row] for row in rows]
+        return BusTimeoutError(
+            f"no answer from {', '.join(map(title_of, silent))}, and {title_of(stopped)} was"
+            " stopped by its bus watchdog meanwhile: check cables and power",
+            tuple(servo.id for servo in silent),
+        )
 
     def _problem(self, servo: ServoDescription, health: Health) -> str | None:
         watchdog = health.bus_watchdog

@@ -215,11 +215,35 @@ def test_a_servo_that_restarts_is_a_fault(stepped: SteppedArm) -> None:
     assert "servo 5 (forearm_pronation)" in str(error)
 
 
-@pytest.mark.fault(10)
-@pytest.mark.parametrize("rate", [10.0, 50.0, 100.0, 200.0])
+def hold(session: ArmSession) -> None:
+    """Let all servos hold where they are: their indirect addresses cannot be written then."""
+    group = session._joints.group
+    group.set("Goal Position", group.read("Present Position"))
+    group.set("Torque Enable", dict.fromkeys(group.ids, 1))
+
+
+@pytest.mark.fault(10, 25)
+@pytest.mark.parametrize(
+    ("baud", "rate", "longest"),
+    [
+        *((1_000_000, rate, HEALTH_INTERVAL + 1.0 / rate) for rate in (10.0, 50.0, 100.0, 200.0)),
+        (57_600, 20.0, 0.31),  # a period has no time for more
+    ],
+)
+@pytest.mark.parametrize("held", [False, True])
 def test_every_servo_is_looked_at_within_the_promised_time(
-    stepped: SteppedArm, monkeypatch: pytest.MonkeyPatch, rate: float
+    human7: ArmDescription,
+    monkeypatch: pytest.MonkeyPatch,
+    baud: int,
+    rate: float,
+    longest: float,
+    *,
+    held: bool,
 ) -> None:
+    stepped = SteppedArm(human7, baud=baud)
+    session = stepped.session(rate)
+    if held:
+        hold(session)
     looked: dict[int, list[float]] = {}
     poll = JointGroup.poll
 
@@ -229,13 +253,11 @@ def test_every_servo_is_looked_at_within_the_promised_time(
 
     monkeypatch.setattr(JointGroup, "poll", noted)
     ticks: list[float] = []
-    recording = stepped.session(rate).run(
-        stepped.way(*LARGE), on_tick=lambda *_: ticks.append(stepped.now())
-    )
+    recording = session.run(stepped.way(*LARGE), on_tick=lambda *_: ticks.append(stepped.now()))
     assert recording.missed_ticks == 0
-    assert len(looked) >= len(stepped.servos)
+    assert len(looked) == (3 if held else 1) * len(stepped.servos)
     for times in looked.values():
-        assert np.diff([ticks[0], *times]).max() <= HEALTH_INTERVAL + 1.0 / rate
+        assert np.diff([ticks[0], *times]).max() <= longest
 
 
 def test_torque_switched_off_by_another_is_a_fault(stepped: SteppedArm) -> None:
