@@ -141,9 +141,9 @@ class ArmRun:
         StopRequestedError
             A stop was asked for before torque; nothing has changed.
         ArmFaultError
-            A fault. Before motion all is put back as it was found; during it the goals stand
-            still and the watchdog stays armed. The message says so, and what could not be put
-            back; `fault` is then set.
+            A fault. Before motion all is put back as it was found, but for indirect addresses
+            (`armsyn.driver.gathering`); during it the goals stand still and the watchdog stays
+            armed. The message says so, and what could not be put back; `fault` is then set.
         """
         everything = read_facts(self.joints.group)
         check_facts(everything, self.arm)

@@ -287,8 +287,8 @@ class ArmSession:
             A stop was asked for before torque, or servos fell silent after it; nothing has changed
             on the arm.
         ArmFaultError
-            A fault before motion (all is put back as it was found, or the message says what is
-            not) or during it (the arm holds, the watchdog stays armed, and the session runs
+            A fault before motion (all but indirect addresses, `armsyn.driver.gathering`, is put
+            back as it was found, or the message says what is not) or during it (the arm holds, the watchdog stays armed, and the session runs
             nothing more).
         """
 
