@@ -288,8 +288,8 @@ class ArmSession:
             on the arm.
         ArmFaultError
             A fault before motion (all but indirect addresses, `armsyn.driver.gathering`, is put
-            back as it was found, or the message says what is not) or during it (the arm holds, the watchdog stays armed, and the session runs
-            nothing more).
+            back as it was found, or the message says what is not) or during it (the arm holds, the
+            watchdog stays armed, and the session runs nothing more).
         """
 
         def checked(posture: FloatArray) -> Motion:
