@@ -31,7 +31,7 @@ _BLOCK = 2000
 """Ticks of a motion that are judged at a time."""
 
 _AT_SPEED = 0.5
-"""Part of the next step from which on the first is no start from rest."""
+"""Part of the next step from which on a first step is no start from rest."""
 
 
 def check_position_limits(motion: Motion, facts: Sequence[ServoFacts], arm: ArmDescription) -> None:
@@ -145,20 +145,25 @@ def _refused(
 def _advice(column: int, row: int, tick: int, motion: Motion, limits: CommandLimits) -> str:
     """What to do about a tick that changes too much."""
     if tick * limits.period < BLEND + 3 * limits.period:
-        by_itself = Path(motion).at_times(_moments(0, tick + 1, limits))
+        a_little_more = math.ceil(2.0 * BLEND / limits.period)
+        by_itself = Path(motion).at_times(_moments(0, a_little_more, limits))
         if check_commands(by_itself, limits, rests=False) is None:
             return "the motion starts too far from where the arm stands; plan it from there"
     assert motion.angles is not None  # noqa: S101 - its path has been made
     steps = np.abs(np.diff(motion.angles[:, column]))
-    # from rest the first step would be a third of the second, or less
-    if len(steps) > 1 and row <= 1 and steps[0] > _AT_SPEED * steps[1]:
+    if row <= 1 and _alike(steps[:2]):
         return "the motion starts at speed; let it start from rest"
-    if len(steps) > 1 and row >= len(steps) and steps[-1] > _AT_SPEED * steps[-2]:
+    if row >= len(steps) and _alike(steps[-2:]):
         return "the motion ends at speed; let it come to rest"
     return (
         "the samples are too far apart there, or too fast; give more of them, or slow the motion"
         " down"
     )
+
+
+def _alike(steps: FloatArray) -> bool:
+    """Whether a step goes on as the next; from rest it would be a third of that, or less."""
+    return len(steps) == 2 and float(steps.min()) > _AT_SPEED * float(steps.max())
 
 
 def with_servo_limits(

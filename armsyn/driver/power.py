@@ -8,7 +8,7 @@ so a pair that does not hang together is found before its torque comes on.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from armsyn.arm import ServoDescription
@@ -49,6 +49,7 @@ def prepare(
     group: ServoGroup,
     facts: Sequence[ServoFacts],
     profiles: Mapping[str, Mapping[int, int]] | None = None,
+    also: Callable[[], None] | None = None,
 ) -> tuple[ServoFacts, ...]:
     """Do all that takes time before torque, and read once more where limp servos are.
 
@@ -63,6 +64,9 @@ def prepare(
         Of the group, as read before.
     profiles : mapping of str to mapping of int to int, optional
         Register and ID to value; 0, which is no profile, where none is given.
+    also : callable, optional
+        What else takes time; called with the watchdogs armed, before the last reading: a limp arm
+        may be sinking.
 
     Returns
     -------
@@ -90,6 +94,8 @@ def prepare(
         wanted = (profiles or {}).get(name, {})
         group.set(name, {i: wanted.get(i, 0) for i in group.having(name)})
     group.set("Bus Watchdog", dict.fromkeys(group.ids, WATCHDOG_UNITS))
+    if also is not None:
+        also()
     start = {servo.servo_id: ticks_of(START_TOLERANCE, servo.servo) for servo in facts}
     present = _present_near(group, facts, start)
     return tuple(replace(servo, present_position=present[servo.servo_id]) for servo in facts)

@@ -209,8 +209,7 @@ class ArmRun:
     def _power_up(self, log: StreamLog, lead: LeadSettings) -> Streamer:
         self.powering = True
         try:
-            facts = power.prepare(self.group, self._facts, self._profiles)
-            self.joints.gather_health(self.group, self._limp)
+            facts = power.prepare(self.group, self._facts, self._profiles, self._gather_health)
             streamer = self._make_streamer(facts, log, lead)
             power.power_up(self.group, facts)
         except BaseException as error:
@@ -220,6 +219,9 @@ class ArmRun:
             raise
         self._armed = True
         return streamer
+
+    def _gather_health(self) -> None:
+        self.joints.gather_health(self.group, self._limp)
 
     def _not_restored(self, failed: dict[int, str]) -> str:
         titles = {servo.servo_id: servo.title for servo in self._facts}

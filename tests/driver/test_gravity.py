@@ -22,6 +22,7 @@ from armsyn.driver.gravity import (
 from armsyn.driver.joints import JointState
 from armsyn.driver.operate import clear
 from armsyn.driver.servos import ServoGroup
+from armsyn.driver.stillness import still_posture
 from armsyn.errors import CollisionError
 from armsyn.safety import check_trajectory
 from firmware_sim.tables import find_model
@@ -51,7 +52,7 @@ def go(heavy: HeavyArm, goal: np.ndarray, *, gravity: bool = True) -> Recording:
     session = heavy.session(accept_no_watchdog=True)
     session.gravity = gravity
     arm = heavy.description
-    return session.run(straight_way(session.read_posture(), goal, arm, 200.0))
+    return session.run(straight_way(still_posture(session, heavy), goal, arm, 200.0))
 
 
 def miss_mm(heavy: HeavyArm, goal: np.ndarray) -> float:

@@ -14,6 +14,7 @@ from armsyn.driver.models import VELOCITY_UNIT
 from armsyn.driver.power import power_up, prepare, release_watchdogs
 from armsyn.driver.profiles import streaming_profiles
 from armsyn.driver.servos import ServoGroup
+from armsyn.driver.timing import WATCHDOG_UNITS
 from armsyn.errors import ArmFaultError, HardwareFaultError
 from tests.driver.mixed_arm import AX, MX, mixed_arm
 from tests.driver.stepped import SteppedArm, deafen, present_tick
@@ -199,3 +200,24 @@ def test_servos_under_torque_may_be_off_their_goals_by_an_angle(
     else:
         with pytest.raises(HardwareFaultError, match=f"servo {servo_id} .* {off} ticks from its"):
             prepare(group, facts)
+
+
+def test_limp_servos_are_read_after_all_that_takes_time(stepped: SteppedArm) -> None:
+    """They may be sinking meanwhile, and get torque where they are."""
+    group = ServoGroup(stepped.bus, stepped.description.servo)
+    facts = read_facts(group)
+    before = facts[3].present_position
+    armed: list[list[int]] = []
+
+    def sink() -> None:
+        armed.append(stepped.value("Bus Watchdog"))
+        stepped.port.simulation.inject(f"hand:id=4,to={before + 20},speed=2,for=0.05")
+        stepped.clock.advance(0.05)
+
+    ready = prepare(group, facts, None, sink)
+    assert armed == [[WATCHDOG_UNITS] * 7]
+    here = group.read("Present Position")[4]
+    assert abs(here - before) > 3
+    assert ready[3].present_position == here
+    power_up(group, ready)
+    assert stepped.value("Goal Position")[3] == here
