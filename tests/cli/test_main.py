@@ -4,6 +4,7 @@ import json
 import signal
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from armsyn.errors import SetpointError
 from tests.cli.commands import Outcome, run
 
 Call = Callable[..., Outcome]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_help_lists_every_command_with_its_own_words(call: Call) -> None:
@@ -55,6 +57,28 @@ def test_the_module_is_the_command() -> None:
     said = run("--version")
     assert (said.status, said.err) == (0, "")
     assert said.out == f"armsyn, version {armsyn.__version__}\n"
+
+
+def test_an_interrupt_while_it_is_imported_takes_one_line_too() -> None:
+    program = (
+        "import sys\n"
+        "class Interrupted:\n"
+        "    def find_spec(name, path=None, target=None):\n"
+        "        if name == 'click': raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupted)\n"
+        "from armsyn.__main__ import main\n"
+        "main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "armsyn: interrupted\n")
+
+
+def test_the_command_is_the_module() -> None:
+    """The script that is installed begins where an interrupt is caught."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["scripts"]["armsyn"] == "armsyn.__main__:main"
 
 
 def test_without_arguments_it_shows_its_help(call: Call) -> None:
