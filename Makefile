@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench soak stateful fuzz reaches learn clean
+.PHONY: help demo test test-slow lint bench soak stateful fuzz reaches learn clean
 
 help:  ## what there is
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
@@ -17,9 +17,12 @@ demo: $(VENV)/.run  ## reach for three targets on the simulated human-like arm, 
 	$(BIN)/armsyn reach --target 0.40 0.15 0.02 --park --plot out/reach-3.png
 	@echo "The hand's speed, captured, planned, measured and without synergy: out/reach-[123].png"
 
-test: $(VENV)/.test  ## everything that must hold
-	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "not realtime"
-	$(BIN)/python -m pytest -q -m realtime
+test: $(VENV)/.test  ## what must hold, in ten minutes
+	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "not realtime and not slow"
+	$(BIN)/python -m pytest -q -m "realtime and not slow"
+
+test-slow: $(VENV)/.test  ## the rest of what must hold, in some minutes more
+	$(BIN)/python -m pytest -q -m slow
 
 lint: $(VENV)/.test  ## style and types
 	$(BIN)/ruff check .

@@ -60,6 +60,18 @@ REALTIME = frozenset(
 themselves, while all others may share it."""
 
 
+SLOW = frozenset(
+    {
+        "cli/test_learn",
+        "driver/test_killed",
+        "driver/test_stateful",
+        "experiments/test_experiments",
+        "experiments/test_neighbours",
+        "test_hil",
+    }
+)
+"""Tests of minutes, whose subjects shorter ones look at, too: `make test-slow`."""
+
 ENDING = 2.0
 """Seconds within which a thread that was told to end does."""
 
@@ -85,8 +97,11 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if str(item.path.relative_to(ROOT / "tests").with_suffix("")) in REALTIME:
+        file = str(item.path.relative_to(ROOT / "tests").with_suffix(""))
+        if file in REALTIME:
             item.add_marker(pytest.mark.realtime)
+        if file in SLOW:
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture(scope="session")
