@@ -39,7 +39,11 @@ READ_OFF = 0.06
 """rad that an answer may be off where the joint is at the tick's end: it moves meanwhile."""
 
 CLEARED_OFF = 64
-"""Ticks off where it stands to which a servo may be cleared: somebody may be moving it."""
+"""Ticks off where it stands to which a limp servo may be cleared: somebody may be moving it."""
+
+HELD_OFF = 150
+"""Ticks (0.23 rad) off where it stands at which a servo under torque may be held on: something may
+be pulling it off what it holds, which stays its goal (`armsyn.driver.power.GOAL_TOLERANCE`)."""
 
 RESTARTED = 1.0
 """Seconds in which a servo that restarts has lost its torque."""
@@ -170,8 +174,10 @@ class DrivenArm(RuleBasedStateMachine):
         with contextlib.suppress(ArmFaultError):
             clear(self.everybody)
         for servo_id, goal in (one for goals in self.witness.before for one in goals.items()):
-            here = register(self.stepped.by_id[servo_id], "Present Position")
-            assert abs(goal - here) < CLEARED_OFF, f"cleared to {goal}, stands at {here}"
+            servo = self.stepped.by_id[servo_id]
+            here, holds = register(servo, "Present Position"), register(servo, "Torque Enable")
+            allowed = HELD_OFF if holds else CLEARED_OFF
+            assert abs(goal - here) <= allowed, f"cleared to {goal}, stands at {here}"
 
     def let_go(self) -> None:
         """The operator supports the arm and releases it."""
