@@ -19,7 +19,7 @@ demo: $(VENV)/.run  ## reach for three targets on the simulated human-like arm, 
 
 test: $(VENV)/.test  ## what must hold, in ten minutes
 	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "not realtime and not slow"
-	$(BIN)/python -m pytest -q -m "realtime and not slow"
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "realtime and not slow"
 
 test-slow: $(VENV)/.test  ## the rest of what must hold, in some minutes more
 	$(BIN)/python -m pytest -q -m slow

@@ -118,6 +118,8 @@ def learn(**options: Any) -> None:
             resumed=resumed,
             on_fitted=convergence.add,
         )
+    if options["plot"] is not None:
+        convergence.check(options["plot"])
     save_library(out, library)
     write_run(out)
     if options["plot"] is not None:

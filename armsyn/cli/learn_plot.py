@@ -27,6 +27,11 @@ class Convergence:
         _, ik, model = key
         self._fitted[model, ik].append(fitted)
 
+    def check(self, path: Path) -> None:
+        """Raise InputError when nothing was learned."""
+        if not self._fitted:
+            raise InputError(f"{path}: nothing was left to learn, so there is nothing to plot")
+
     def plot(self, path: Path) -> None:
         """Draw a thin line a reach and a thick one for the mean of each optimiser and model.
 
@@ -37,8 +42,7 @@ class Convergence:
         """
         from matplotlib.figure import Figure
 
-        if not self._fitted:
-            raise InputError(f"{path}: nothing was left to learn, so there is nothing to plot")
+        self.check(path)
         figure = Figure(figsize=(7, 4.5), layout="constrained")
         axes = figure.subplots()
         for number, ((model, ik), found) in enumerate(sorted(self._fitted.items())):

@@ -89,7 +89,7 @@ def load_captures(selection: str) -> list[Capture]:
     Returns
     -------
     list of Capture
-        In the order of the segments table.
+        In the order of the segments table; what is named twice, once.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def load_captures(selection: str) -> list[Capture]:
     FormatError
         A capture file that cannot be read.
     """
-    found: list[Capture] = []
+    found: dict[str, Capture] = {}
     for text in selection.split(","):
         name, *parts = text.strip().split(":")
         if name not in _SETS:
@@ -106,8 +106,8 @@ def load_captures(selection: str) -> list[Capture]:
         captures = _SETS[name](parts)
         if not captures:
             raise CaptureError(f"{text!r} selects no capture of {name}")
-        found.extend(captures)
-    return found
+        found.update((capture.name, capture) for capture in captures)
+    return list(found.values())
 
 
 def is_selection(text: str) -> bool:

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import CaptureError, InputError
+from armsyn.ik import OPTIMISERS
 from armsyn.motion.captures import Capture
 from armsyn.scoring import normalised_speed
 from armsyn.synergy.fitting import Fitted, fit_reach
 from armsyn.synergy.judging import Judge
 from armsyn.synergy.library import LearnedReach, SynergyLibrary, SynergySet
+from armsyn.synergy.models import MODELS
 from armsyn.synergy.options import LearningOptions
 from armsyn.synergy.parallel import checked_workers, each
 from armsyn.synergy.training import Training, prepare
@@ -26,6 +28,10 @@ FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int, str], None]
 Key = tuple[str, str, str]
 """A reach's name, an optimiser and a model."""
+
+LEARNER_VERSION = 1
+"""Raised with every change of learning that finds other parameters: a library of another version is
+not resumed."""
 
 _EVALUATION_S = 1e-4
 _WORTH_S = 4.0
@@ -140,7 +146,10 @@ def learn(
     complete = _learn_jobs(jobs, _workers(jobs, options), told)
     if not found:
         raise KeyboardInterrupt
-    pairs = dict.fromkeys((ik, model) for _, ik, model in found)
+    # in an order of its own, whoever finished first and whatever was there before
+    kinds = {(ik, model) for _, ik, model in found}
+    pairs = [pair for pair in itertools.product(OPTIMISERS, MODELS) if pair in kinds]
+    complete &= len(found) == len(trainings) * len(pairs)
     reaches = []
     for training in trainings:
         keys = [(training.capture.name, *pair) for pair in pairs]
@@ -293,7 +302,10 @@ def inputs_hash(arm: ArmDescription, trainings: list[Training], options: Learnin
         digest.update(training.capture.name.encode())
         digest.update(np.round(training.landmarks, 9).tobytes())
     schedule = options.annealing if options.learner == "annealing" else None
-    asked = (options.stable, options.rate_hz, options.learner, options.evaluations, schedule)
+    asked = (
+        *(LEARNER_VERSION, options.stable, options.rate_hz),
+        *(options.learner, options.evaluations, schedule),
+    )
     digest.update(repr(asked).encode())
     return digest.hexdigest()
 

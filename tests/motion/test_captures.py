@@ -88,6 +88,12 @@ def test_cuts_are_those_of_the_table(captures: Path, name: str) -> None:
             assert moved == pytest.approx(float(row["displacement_m"]), abs=2e-3)
 
 
+@pytest.mark.usefixtures("captures")
+def test_what_is_named_twice_is_loaded_once() -> None:
+    names = [capture.name for capture in load_captures("garza,garza:ForwardHigh")]
+    assert names == [capture.name for capture in load_captures("garza")]
+
+
 def test_a_selection_is_known_by_its_set() -> None:
     assert is_selection("garza:ForwardHigh")
     assert is_selection("hug_mp")

@@ -13,11 +13,12 @@ from armsyn.errors import CaptureError, InputError
 from armsyn.kernels import rollout as kernels
 from armsyn.motion.captures import Capture, load_captures
 from armsyn.scoring import mean_distance
-from armsyn.synergy import Controller, SynergyLibrary, load_library, synergies
+from armsyn.synergy import Controller, SynergyLibrary, learning, load_library, synergies
 from armsyn.synergy.learning import fit, inputs_hash, learn
 from armsyn.synergy.library import save_library
 from armsyn.synergy.models import parameter_bounds
 from armsyn.synergy.options import LearningOptions
+from armsyn.synergy.parallel import each
 from armsyn.synergy.training import as_captures, prepare
 from tests.synergy.conftest import S_C
 
@@ -209,6 +210,34 @@ def test_resuming_with_more_models_and_optimisers_adds_them(
     ]
     assert both.reaches[0].sets[0] == first.reaches[0].sets[0]
     assert both.lambdas == {"svd": 10.0, "jt": 60.0}
+
+
+def test_sets_are_in_one_order_whoever_ends_first(
+    human7: ArmDescription, played: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = dataclasses.replace(QUICK, models=("A", "C"))
+    expected = learn(human7, "made", [played], options)
+
+    def backwards(function, jobs, workers):  # type: ignore[no-untyped-def]
+        return reversed(list(each(function, jobs, workers)))
+
+    monkeypatch.setattr(learning, "each", backwards)
+    assert learn(human7, "made", [played], options) == expected
+
+
+def test_a_library_with_sets_missing_stays_incomplete(
+    human7: ArmDescription, played: Capture
+) -> None:
+    both = [played, dataclasses.replace(played, name="again")]
+    part = learn(human7, "made", both, dataclasses.replace(QUICK, models=("A", "B")))
+    first, second = part.reaches
+    cut = msgspec.structs.replace(second, sets=second.sets[:1])  # as Ctrl-C may leave it
+    part = msgspec.structs.replace(part, reaches=(first, cut), complete=False)
+    rest = learn(human7, "made", both, dataclasses.replace(QUICK, models=("A",)), resumed=part)
+    assert not rest.complete
+    assert rest.reaches == part.reaches
+    whole = learn(human7, "made", both, dataclasses.replace(QUICK, models=("B",)), resumed=rest)
+    assert whole.complete
 
 
 @pytest.mark.parametrize(
