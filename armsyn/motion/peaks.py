@@ -29,7 +29,7 @@ def count_peaks(
     rate : float
         Hz.
     rise : float
-        From the lowest speed since the last peak to the maximum, m/s.
+        From the lowest speed since the last peak, or the first sample, to the maximum, m/s.
     spacing : float
         Between two peaks, s.
 
@@ -44,7 +44,8 @@ def count_peaks(
     """
     peaks: list[int] = []
     for frame in _maxima(speed):
-        lowest = speed[peaks[-1] : frame].min() if peaks else 0.0
+        # What is at its highest in the first sample came there from rest, before the onset
+        lowest = speed[peaks[-1] if peaks else 0 : frame].min() if frame else 0.0
         if speed[frame] - lowest < rise:
             continue
         if peaks and frame - peaks[-1] < spacing * rate:

@@ -99,6 +99,15 @@ def test_peaks_must_rise_and_be_apart() -> None:
     assert count_peaks(base + 0.15 * late_bump, 1000.0) == 1
 
 
+def test_the_first_peak_rises_from_the_lowest_speed_before_it_too() -> None:
+    # As garza:BackLow:return begins: it moves when it is first seen, and wavers before it speeds up
+    frames, speeds = [0, 20, 30, 60, 100], np.array([0.050, 0.064, 0.057, 0.960, 0.0])
+    wavering = np.interp(np.arange(101), frames, speeds)
+    assert count_peaks(wavering, 100.0) == 1
+    assert count_peaks(wavering, 100.0, rise=0.010) == 2
+    assert count_peaks(wavering[20:], 100.0) == 2  # cut at its first peak, as if from rest
+
+
 def test_a_slow_drift_has_no_peak() -> None:
     assert count_peaks(np.full(50, 0.01), 100.0) == 0
 
