@@ -13,6 +13,13 @@ from armsyn.errors import FormatError
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+SHORTEST_STEP = 1e-9
+"""s; a shorter step between frames is damage: rates and speeds over it would not be numbers."""
+LONGEST_STEP = 1e9
+"""s; 30 years."""
+FARTHEST = 1e6
+"""m; no position is farther from the origin."""
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -21,15 +28,16 @@ class Motion:
     Parameters
     ----------
     time : array, shape (frames,)
-        Seconds, finite and strictly increasing; at least two frames.
+        Seconds, finite and strictly increasing, by `SHORTEST_STEP` to `LONGEST_STEP`; at
+        least two frames.
     joint_names : tuple of str
         One a column of `angles`; empty when there are none.
     angles : array, shape (frames, joints) or None
-        Radians (metres for prismatic joints).
+        Radians (metres for prismatic joints); never infinite.
     landmark_names : tuple of str
         One a landmark, the end effector last; empty when there are none.
     landmarks : array, shape (frames, landmarks, 3) or None
-        Metres, in one fixed frame. NaN marks a gap.
+        Metres, in one fixed frame, within `FARTHEST`. NaN marks a gap.
     source : str
         Where it comes from, for people: file, recording, port.
     filled : array of bool, shape (frames, landmarks) or None
@@ -38,7 +46,7 @@ class Motion:
     Raises
     ------
     FormatError
-        When the parts do not fit each other, or time does not increase.
+        When the parts do not fit each other, time does not increase, or a number is out of range.
     """
 
     time: FloatArray
@@ -56,14 +64,26 @@ class Motion:
             raise FormatError(
                 f"{self.source or 'motion'}: time must be at least two finite numbers of seconds"
             )
-        if not (np.diff(time) > 0).all():
-            frame = int(np.argmin(np.diff(time) > 0)) + 1
-            raise FormatError(f"{self.source or 'motion'}: time does not increase at frame {frame}")
+        self._check_steps(time)
         if self.angles is None and self.landmarks is None:
             raise FormatError(f"{self.source or 'motion'}: neither joint angles nor landmarks")
         self._check_part("angles", self.joint_names, 2)
         self._check_part("landmarks", self.landmark_names, 3)
         self._check_filled()
+
+    def _check_steps(self, time: FloatArray) -> None:
+        with np.errstate(over="ignore"):
+            steps = np.diff(time)
+        if not (steps > 0).all():
+            frame = int(np.argmin(steps > 0)) + 1
+            raise FormatError(f"{self.source or 'motion'}: time does not increase at frame {frame}")
+        within = (steps >= SHORTEST_STEP) & (steps <= LONGEST_STEP)
+        if not within.all():
+            frame = int(np.argmin(within)) + 1
+            raise FormatError(
+                f"{self.source or 'motion'}: time increases by {steps[frame - 1]:g} s at frame"
+                f" {frame}, expected {SHORTEST_STEP:g} to {LONGEST_STEP:g} s"
+            )
 
     def _check_part(self, part: str, names: tuple[str, ...], dimensions: int) -> None:
         values = getattr(self, part)
@@ -80,6 +100,14 @@ class Motion:
             )
         if len(set(names)) != len(names):
             raise FormatError(f"{self.source or 'motion'}: names of {part} are not unique: {names}")
+        outside = np.isinf(array) if dimensions == 2 else np.abs(array) > FARTHEST
+        if outside.any():
+            frame, column = (int(place) for place in np.argwhere(outside)[0, :2])
+            limit = "finite ones" if dimensions == 2 else f"{FARTHEST:g} m at most"
+            raise FormatError(
+                f"{self.source or 'motion'}: {part} of '{names[column][:40]}' at frame {frame} are"
+                f" {array[outside][0]:g}, expected {limit}"
+            )
 
     def _check_filled(self) -> None:
         if self.filled is None:

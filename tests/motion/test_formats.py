@@ -15,6 +15,7 @@ from armsyn.errors import FormatError, InputError
 from armsyn.motion import Motion
 from armsyn.motion.formats import csv_format, npz_format, read_motion, write_motion
 from armsyn.motion.formats.files import check_size, replacing
+from armsyn.motion.motion import FARTHEST
 
 SUFFIXES = [".csv", ".npz"]
 one_folder = settings(
@@ -35,7 +36,7 @@ def motions(draw: st.DrawFn) -> Motion:
     frames = draw(st.integers(2, 6))
     steps = st.floats(1e-6, 1e3)
     joints, landmarks = draw(names), draw(names)
-    gaps = st.one_of(finite, st.just(float("nan")))
+    gaps = st.one_of(st.floats(-FARTHEST, FARTHEST), st.just(float("nan")))
     filled = draw(st.none() | arrays(np.bool_, (frames, len(landmarks))))
     if not joints and not landmarks:
         joints = ["elbow"]

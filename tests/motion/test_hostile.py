@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import struct
 import tracemalloc
 import zipfile
@@ -14,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from armsyn.cli.motion_info import describe
 from armsyn.errors import FormatError
 from armsyn.motion.formats import ReadOptions, archive, hug_mp, read_file, takes_in
 from tests.motion.seeds import BVH_OF, FRAMES, seeds
@@ -59,6 +61,7 @@ def read_or_refused(path: Path, options: ReadOptions) -> str:
         assert len(message) < 600
         return message
     assert reading.motion.frames >= 2
+    json.dumps(describe(reading), allow_nan=False)
     return ""
 
 
@@ -99,6 +102,24 @@ def test_damaged_bytes_are_read_or_refused_in_one_line(
             content[place:place] = content[place : place + data.draw(st.integers(1, 200))]
         content = content or bytearray(b"\n")
     read_or_refused(*placed(tmp_path, name, bytes(content)))
+
+
+@pytest.mark.parametrize(
+    ("times", "far", "match"),
+    [
+        (("0", "0.1"), "1e200", "landmarks of 'hand' at frame 1 are 1e\\+200"),
+        (("0", "0.1"), "-1000001", "1e\\+06 m at most"),
+        (("0", "5e-324"), "0", "time increases by 4.94066e-324 s at frame 1"),
+        (("-1e308", "1e308"), "0", "time increases by inf s at frame 1"),
+    ],
+)
+def test_numbers_out_of_range_are_refused(
+    times: tuple[str, str], far: str, match: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(f"time_s,hand:x_m,hand:y_m,hand:z_m\n{times[0]},0,0,0\n{times[1]},0,{far},\n")
+    with pytest.raises(FormatError, match=match):
+        read_file(path)
 
 
 @pytest.mark.parametrize("name", NAMES)

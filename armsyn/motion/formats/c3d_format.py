@@ -147,12 +147,15 @@ def _assemble(facts: _Facts, points: FloatArray, path: Path, options: ReadOption
     kept = [row for row, name in enumerate(facts.labels) if name not in facts.not_positions]
     positions = points[:, kept, :3] * metres(unit)
     positions[points[:, kept, 3] < 0] = np.nan
-    motion = Motion(
-        time=np.arange(len(points)) / rate,
-        landmark_names=tuple(facts.labels[row] for row in kept),
-        landmarks=z_up(positions, up),
-        source=path.name,
-    )
+    try:
+        motion = Motion(
+            time=np.arange(len(points)) / rate,
+            landmark_names=tuple(facts.labels[row] for row in kept),
+            landmarks=z_up(positions, up),
+            source=path.name,
+        )
+    except FormatError as error:
+        raise FormatError(f"{path}: {error}") from error
     said = {
         "unit": unit,
         "up": fact(up, options.up or facts.up == up),

@@ -84,7 +84,7 @@ def read_hug_mp(path: Path) -> dict[Key, Motion]:
             for index, values in enumerate(cell.ravel())
         }
         return {
-            key: _motion(np.deg2rad(angles.T), f"{path.name} {key}")
+            key: _motion(np.deg2rad(angles.T), path, key)
             for key, angles in motions.items()
             if angles.size  # a repetition that was not recorded is an empty cell
         }
@@ -116,14 +116,18 @@ def _check_inflated(file: IO[bytes], path: Path) -> None:
             raise FormatError(f"{path}: holds more than {LARGEST_INSIDE} bytes: cut it")
 
 
-def _motion(angles: np.ndarray, source: str) -> Motion:
+def _motion(angles: np.ndarray, path: Path, key: Key) -> Motion:
+    source = f"{path.name} {key}"
     if angles.ndim != 2 or angles.shape[1] != len(JOINT_NAMES):
         raise ValueError(f"{source}: shape {angles.T.shape}, expected 4 x frames")
-    return Motion(
-        time=np.arange(angles.shape[0]) / RATE_HZ,
-        joint_names=JOINT_NAMES,
-        angles=angles,
-        landmark_names=LANDMARK_NAMES,
-        landmarks=CHAIN.positions(angles)[:, _LANDMARK_ROWS],
-        source=source,
-    )
+    try:
+        return Motion(
+            time=np.arange(angles.shape[0]) / RATE_HZ,
+            joint_names=JOINT_NAMES,
+            angles=angles,
+            landmark_names=LANDMARK_NAMES,
+            landmarks=CHAIN.positions(angles)[:, _LANDMARK_ROWS],
+            source=source,
+        )
+    except FormatError as error:
+        raise FormatError(f"{path}: {error}") from error

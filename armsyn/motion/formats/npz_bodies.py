@@ -94,7 +94,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
         said = _up(archive)
         up = options.up or said or "y"
         body = _body(archive, take, up)
-        motion = _markers(archive, take, up, body) or body.as_motion()
+        motion = _motion(archive, take, up, body)
     facts = {"take": take, "up": fact(up, options.up or said)}
     moving = _moving(body)
     if moving:
@@ -241,6 +241,15 @@ def _moving(body: BodyMotion) -> list[str]:
         return []
     most = np.abs(body.translations).max(axis=(0, 2)).tolist()
     return [name for name, far in zip(body.skeleton.names, most, strict=True) if far > _RIGID]
+
+
+def _motion(archive: Archive, take: str, up: str, body: BodyMotion) -> Motion:
+    try:
+        return _markers(archive, take, up, body) or body.as_motion()
+    except FormatError as error:
+        if str(error).startswith(str(archive.path)):
+            raise
+        raise FormatError(f"{archive.path}: {take}: {error}") from error
 
 
 def _markers(archive: Archive, take: str, up: str, body: BodyMotion) -> Motion | None:
