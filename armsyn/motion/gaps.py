@@ -17,6 +17,7 @@ from armsyn.motion.motion import BoolArray, FloatArray, Motion
 NEIGHBOURS = 10
 """Seen frames on either side that the spline goes through."""
 _FEWEST = 4  # points of a cubic
+_ROUNDING = 1e-6  # of time stamps: 1.23 - 1.18 is more than 0.05
 
 
 class Gap(NamedTuple):
@@ -93,7 +94,7 @@ def fill_gaps(motion: Motion, longest: float) -> Motion:
     """
     if not 0 < longest < np.inf:
         raise InputError(f"gaps of up to {longest:g} s: give a positive number of seconds")
-    short = [gap for gap in find_gaps(motion) if gap.seconds <= longest]
+    short = [gap for gap in find_gaps(motion) if gap.seconds <= longest * (1 + _ROUNDING)]
     if not short or motion.landmarks is None:
         return motion
     landmarks = np.array(motion.landmarks)

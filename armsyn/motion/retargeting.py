@@ -12,7 +12,7 @@ from armsyn.arm import ArmDescription
 from armsyn.errors import CaptureError
 from armsyn.ik import fit_posture
 from armsyn.kinematics.rotation import from_expmap
-from armsyn.motion.motion import FloatArray, Motion
+from armsyn.motion.motion import BoolArray, FloatArray, Motion
 from armsyn.motion.rebuilding import rebuild_segments, segment_lengths
 
 MIRROR = np.array([1.0, -1.0, 1.0])
@@ -116,8 +116,21 @@ def retarget(motion: Motion, arm: ArmDescription, *, is_return: bool = False) ->
         angles=None,
         landmark_names=tuple(arm.landmarks),
         landmarks=on_arm(arm, landmarks - landmarks[:, :1], is_return=is_return),
-        filled=None,
+        filled=_filled(motion, columns, arm),
     )
+
+
+def _filled(motion: Motion, columns: list[int], arm: ArmDescription) -> BoolArray | None:
+    """Marks of what was filled: a rebuilt landmark rests on all before it, a lone hand on its own.
+
+    What the hand's path is scaled by rests on the first frame alone and marks nothing.
+    """
+    if motion.filled is None:
+        return None
+    filled = motion.filled[:, columns]
+    if len(arm.landmarks) == 1:
+        return np.asarray(filled[:, :1] | filled[:, -1:])
+    return np.asarray(np.logical_or.accumulate(filled, axis=1))
 
 
 def mirrored(motion: Motion) -> Motion:

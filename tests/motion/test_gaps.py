@@ -58,6 +58,12 @@ def test_short_gaps_are_filled_by_the_cubic_and_marked() -> None:
     assert np.isnan(further.hand[[0, 39]]).any(axis=1).all()
 
 
+def test_a_gap_of_just_the_longest_is_filled_at_any_time() -> None:
+    for first in range(1, 33):
+        gappy = with_gaps((first, first + 3))  # 0.05 s, give or take the rounding of the stamps
+        assert fill_gaps(gappy, 0.05).filled is not None
+
+
 def test_nothing_to_fill_is_the_same_motion() -> None:
     whole, ends = with_gaps(), with_gaps((0, 5))
     assert fill_gaps(whole, 1) is whole

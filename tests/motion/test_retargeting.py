@@ -62,6 +62,17 @@ def test_another_body_at_another_place_comes_back_onto_the_arm(human7: ArmDescri
     assert found.angles is None
 
 
+def test_marks_of_what_was_filled_come_along(human7: ArmDescription) -> None:
+    own = played(human7)
+    marks = np.zeros((own.frames, 4), dtype=np.bool_)
+    marks[3, 1] = marks[5, 3] = True
+    found = retarget(dataclasses.replace(own, filled=marks), human7)
+    assert found.filled is not None
+    # A rebuilt landmark stands on the one before it
+    assert np.argwhere(found.filled).tolist() == [[3, 1], [3, 2], [3, 3], [5, 3]]
+    assert fit_angles(human7, found).motion.filled is not None
+
+
 def test_fitted_angles_play_the_landmarks(human7: ArmDescription) -> None:
     own = played(human7)
     seen: list[int] = []
