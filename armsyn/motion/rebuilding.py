@@ -36,7 +36,7 @@ def rebuild_segments(landmarks: FloatArray, lengths: FloatArray) -> FloatArray:
     landmarks : array, shape (frames, landmarks, 3)
         m; the first landmark stays where it is.
     lengths : array, shape (landmarks - 1,)
-        m.
+        m; NaN for a segment that keeps its own in every frame.
 
     Returns
     -------
@@ -53,12 +53,14 @@ def rebuild_segments(landmarks: FloatArray, lengths: FloatArray) -> FloatArray:
     segments = np.diff(landmarks, axis=1)
     if lengths.shape != segments.shape[1:2]:
         raise InputError(f"{lengths.size} lengths do not fit {segments.shape[1]} segments")
-    own = np.linalg.norm(segments, axis=2, keepdims=True)
+    kept = np.isnan(lengths)[:, None]
+    own = np.where(kept, 1.0, np.linalg.norm(segments, axis=2, keepdims=True))
     if (own < 1e-9).any():
         frame, segment = (int(index) for index in np.argwhere(own[..., 0] < 1e-9)[0])
         raise CaptureError(
             f"landmarks {segment + 1} and {segment + 2} coincide at frame {frame}: their segment"
             " has no direction"
         )
-    ends = landmarks[:, :1] + np.cumsum(segments / own * lengths[:, None], axis=1)
+    longer = np.where(kept, 1.0, lengths[:, None])
+    ends = landmarks[:, :1] + np.cumsum(segments / own * longer, axis=1)
     return np.concatenate([landmarks[:, :1], ends], axis=1)

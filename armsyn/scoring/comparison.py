@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+import operator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,7 +24,16 @@ from armsyn.scoring.distance import (
 )
 from armsyn.scoring.floor import HumanFloor
 from armsyn.scoring.measures import ProfileMeasures, measure, normalised_speed
-from armsyn.scoring.pairing import Pair, Trimmed, is_arm, other_rebuilt, pair_up, trim
+from armsyn.scoring.pairing import (
+    Pair,
+    Trimmed,
+    bones,
+    different_segments,
+    is_arm,
+    other_rebuilt,
+    pair_up,
+    trim,
+)
 from armsyn.scoring.posture import angles_between, swivel_angles, swivel_differences
 from armsyn.scoring.profile import correlation
 
@@ -69,9 +80,11 @@ class Comparison:
         m, the lengths between landmarks, before anything was rebuilt.
     transform : BaseTransform or None
         Of the session, by which the other's landmarks were brought to the captured base.
-    rebuilt : bool
-        Whether the other's segments were rebuilt on the captured lengths: distances and
+    rebuilt_segments : tuple of bool
+        Which of the other's segments were rebuilt on the captured lengths: distances and
         directions are then of the rebuilt arm. Speeds and the endpoint error never are.
+    no_bones : tuple of bool
+        Which have another length and were not rebuilt, being no single bone in both.
     paper_rate, rate : float
         Hz at which the paper's distance, and everything else, was taken.
     paper_distance, coverage : float
@@ -104,7 +117,8 @@ class Comparison:
     segments: tuple[float, ...]
     other_segments: tuple[float, ...]
     transform: BaseTransform | None
-    rebuilt: bool
+    rebuilt_segments: tuple[bool, ...]
+    no_bones: tuple[bool, ...]
     paper_rate: float
     rate: float
     paper_distance: float
@@ -122,6 +136,11 @@ class Comparison:
     speed_r: float
 
     @property
+    def rebuilt(self) -> bool:
+        """Whether any of the other's segments was rebuilt."""
+        return any(self.rebuilt_segments)
+
+    @property
     def over_floor(self) -> float:
         """Held distance over the human floor; NaN without one."""
         return self.held_distance / self.floor.distance if self.floor else math.nan
@@ -134,6 +153,7 @@ def compare(
     floor: HumanFloor | None = None,
     transform: BaseTransform | None = None,
     rebuild: bool | None = None,
+    neighbours: tuple[bool, ...] | None = None,
     cutoff: float | None = CUTOFF,
     fraction: float = CUT_FRACTION,
 ) -> Comparison:
@@ -149,7 +169,10 @@ def compare(
         By which the other was brought to the captured frame, to be published; it is not applied.
     rebuild : bool or None
         Whether segments of other lengths are rebuilt on the captured ones; None where the
-        landmarks' names say that they are an arm's.
+        landmarks' names say that they are an arm's. Only what is one bone in both ever is.
+    neighbours : tuple of bool or None
+        Of each two landmarks, whether they follow each other in both motions, where these have
+        been picked of more; None as they are.
     cutoff : float or None
         Hz, of the low-pass before speeds are taken, the same for both.
     fraction : float
@@ -168,7 +191,16 @@ def compare(
         When one of them has gaps, does not move, or is too short or too slow for the filter.
     """
     given = pair_up(captured, other)
-    pair = other_rebuilt(given) if rebuild or (rebuild is None and is_arm(given)) else given
+    if neighbours is not None:
+        given = dataclasses.replace(given, neighbours=neighbours)
+    wanted = rebuild or (rebuild is None and is_arm(given))
+    rigid = bones(given)
+    different = different_segments(given) if wanted else (False,) * len(rigid)
+    # Where one bone has another length, all are rebuilt: none then changes from frame to frame
+    any_bone = any(map(operator.and_, different, rigid))
+    rebuilt = tuple(any_bone and bone for bone in rigid)
+    no_bones = tuple(map(operator.gt, different, rigid))
+    pair = other_rebuilt(given, rebuilt)
     trimmed = trim(pair, cutoff=cutoff, fraction=fraction)
     how = _How(cutoff, fraction, trimmed.rate)
     endpoint_error = float(np.linalg.norm(other.hand[-1] - captured.hand[-1]))
@@ -181,7 +213,8 @@ def compare(
         segments=tuple(segment_lengths(given.captured.landmarks).tolist()),
         other_segments=tuple(segment_lengths(given.other.landmarks).tolist()),
         transform=transform,
-        rebuilt=pair is not given,
+        rebuilt_segments=rebuilt,
+        no_bones=no_bones,
         paper_rate=pair.rate,
         rate=trimmed.rate,
         paper_distance=mean_distance(pair.captured.evenly(pair.rate), pair.other.evenly(pair.rate)),

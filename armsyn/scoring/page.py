@@ -83,7 +83,7 @@ def _trimmed(score: Score) -> Trimmed:
     """Return both motions as the held distance saw them."""
     pair = pair_up(score.captured, score.other)
     profile = score.comparison.captured_profile
-    pair = other_rebuilt(pair) if score.comparison.rebuilt else pair
+    pair = other_rebuilt(pair, score.comparison.rebuilt_segments)
     return trim(pair, cutoff=profile.cutoff, fraction=profile.cut_fraction)
 
 

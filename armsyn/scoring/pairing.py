@@ -19,6 +19,8 @@ ARM = ("shoulder", "elbow", "wrist")
 """Landmarks that, followed by the hand, are a chain of segments by their names."""
 SAME_LENGTH = 1e-3
 """m; segments that differ by less are taken for the same arm's, and left as they are."""
+RIGID = 1e-2
+"""m; standard deviation of a length over the frames, above which what lies there is no bone."""
 
 ANGLES_ALONE = (
     "only joint angles: scores compare landmark positions; add NAME:x_m, NAME:y_m, NAME:z_m by the"
@@ -61,6 +63,8 @@ class Pair:
         Landmarks that only one of them has.
     rate : float
         The higher of their mean rates, Hz.
+    neighbours : tuple of bool
+        Of each two landmarks that follow each other here, whether they do in both motions.
     """
 
     captured: Track
@@ -69,6 +73,7 @@ class Pair:
     other_names: tuple[str, ...]
     left_out: tuple[str, ...]
     rate: float
+    neighbours: tuple[bool, ...]
 
 
 def pair_up(captured: Motion, other: Motion) -> Pair:
@@ -100,7 +105,25 @@ def pair_up(captured: Motion, other: Motion) -> Pair:
         other_names=(*common, second[-1]),
         left_out=tuple(name for name in (*first[:-1], *second[:-1]) if name not in common),
         rate=max(captured.rate, other.rate),
+        neighbours=neighbours((first, (*common, first[-1])), (second, (*common, second[-1]))),
     )
+
+
+def neighbours(*motions: tuple[tuple[str, ...], tuple[str, ...]]) -> tuple[bool, ...]:
+    """Say of each two landmarks that follow each other whether they do in every motion's list.
+
+    Parameters
+    ----------
+    *motions : (tuple of str, tuple of str)
+        All landmarks of a motion, and those that are compared, as it names them.
+
+    Returns
+    -------
+    tuple of bool
+        One fewer than landmarks that are compared.
+    """
+    places = np.array([[names.index(name) for name in kept] for names, kept in motions])
+    return tuple((np.diff(places, axis=1) == 1).all(axis=0).tolist())
 
 
 def _track(motion: Motion, names: list[str]) -> Track:
@@ -128,8 +151,10 @@ def is_arm(pair: Pair) -> bool:
     return pair.names[:-1] == tuple(name for name in ARM if name in pair.names[:-1])
 
 
-def other_rebuilt(pair: Pair) -> Pair:
-    """Return the pair with the other's segments rebuilt on the captured lengths.
+def bones(pair: Pair) -> tuple[bool, ...]:
+    """Say which segments are one bone in both: landmarks that follow each other, rigidly.
+
+    Where one motion lacks a landmark in between, two bones and the joint between them lie there.
 
     Parameters
     ----------
@@ -138,18 +163,47 @@ def other_rebuilt(pair: Pair) -> Pair:
 
     Returns
     -------
+    tuple of bool
+        One for each segment.
+    """
+
+    def varies(track: Track) -> FloatArray:
+        lengths = np.linalg.norm(np.diff(track.landmarks, axis=1), axis=2)
+        return np.asarray(lengths.std(axis=0))
+
+    rigid = (varies(pair.captured) < RIGID) & (varies(pair.other) < RIGID)
+    return tuple((rigid & np.array(pair.neighbours, dtype=np.bool_)).tolist())
+
+
+def different_segments(pair: Pair) -> tuple[bool, ...]:
+    """Say which segments differ in length by more than `SAME_LENGTH`."""
+    lengths, others = (segment_lengths(one.landmarks) for one in (pair.captured, pair.other))
+    return tuple((np.abs(others - lengths) > SAME_LENGTH).tolist())
+
+
+def other_rebuilt(pair: Pair, segments: tuple[bool, ...]) -> Pair:
+    """Return the pair with segments of the other rebuilt on the captured lengths.
+
+    Parameters
+    ----------
+    pair : Pair
+        Landmarks in the order of the chain.
+    segments : tuple of bool
+        Which; the others stay as they are, moved with what carries them.
+
+    Returns
+    -------
     Pair
-        The same one where no length differs by more than `SAME_LENGTH`.
+        The same one where there is none.
 
     Raises
     ------
     CaptureError
         When two landmarks of the other coincide.
     """
-    lengths = segment_lengths(pair.captured.landmarks)
-    different = np.abs(segment_lengths(pair.other.landmarks) - lengths) > SAME_LENGTH
-    if not different.any():
+    if not any(segments):
         return pair
+    lengths = np.where(segments, segment_lengths(pair.captured.landmarks), np.nan)
     rebuilt = rebuild_segments(pair.other.landmarks, lengths)
     return dataclasses.replace(pair, other=pair.other._replace(landmarks=rebuilt))
 

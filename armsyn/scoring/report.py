@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -118,10 +119,16 @@ def alignment(comparison: Comparison) -> str:
 
 
 def segments(comparison: Comparison) -> str:
-    """Say whether the other's segments were rebuilt."""
+    """Say which of the other's segments were rebuilt."""
+    named = list(map("-".join, itertools.pairwise(comparison.landmarks)))
+    given = ", ".join(itertools.compress(named, comparison.no_bones))
+    text = "as given"
     if comparison.rebuilt:
-        return "the other's rebuilt on the captured lengths along their directions"
-    return "as given"
+        which = ", ".join(itertools.compress(named, comparison.rebuilt_segments))
+        which = "" if all(comparison.rebuilt_segments) else f" {which}"
+        text = f"the other's{which} rebuilt on the captured lengths along their directions"
+        given = given and f"as given: {given}"
+    return f"{text}; {given}, no single bone in both" if given else text
 
 
 def _posture(errors: PostureErrors) -> dict[str, float | int | None]:

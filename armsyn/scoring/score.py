@@ -20,7 +20,7 @@ from armsyn.scoring.floor import HumanFloor, human_floor
 from armsyn.scoring.human_likeness import How, human_likeness
 from armsyn.scoring.joint_map import JointMap, mapped
 from armsyn.scoring.movements import bouts, only_movement
-from armsyn.scoring.pairing import ANGLES_ALONE
+from armsyn.scoring.pairing import ANGLES_ALONE, neighbours
 from armsyn.scoring.repeats import repeats_of
 from armsyn.scoring.report import as_dict
 
@@ -134,6 +134,7 @@ def score_motions(
         second,
         transform=settings.transform,
         rebuild=(True if settings.joint_map else None) if settings.rebuild else False,
+        neighbours=_mapped_neighbours(captured[1], other[1], settings.joint_map),
         cutoff=cutoff,
         fraction=fraction,
     )
@@ -155,6 +156,14 @@ def score_motions(
         how=how,
         bands=settings.bands,
     )
+
+
+def _mapped_neighbours(captured: Motion, other: Motion, pairs: JointMap) -> tuple[bool, ...] | None:
+    """Which of a map's landmarks follow each other in both motions as they were."""
+    if not pairs:
+        return None
+    ours, theirs = zip(*pairs, strict=True)
+    return neighbours((captured.landmark_names, ours), (other.landmark_names, theirs))
 
 
 def _one_movement(

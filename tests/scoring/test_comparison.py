@@ -15,6 +15,7 @@ from armsyn.motion.captures import load_captures
 from armsyn.motion.formats import read_motion, write_motion
 from armsyn.scoring import compare, measure
 from armsyn.scoring.comparison import Comparison
+from armsyn.scoring.page import page
 from armsyn.scoring.report import as_dict, profile_as_dict
 from armsyn.scoring.score import Settings, score_motions
 from armsyn.scoring.tables import distance_table, likeness_table
@@ -99,6 +100,48 @@ def test_only_an_arms_segments_are_rebuilt_unless_asked() -> None:
     assert not score.rebuilt
     assert score.held_distance > 0.05
     assert compare(*markers, rebuild=True).rebuilt
+
+
+def without(motion: Motion, name: str) -> Motion:
+    assert motion.landmarks is not None
+    place = motion.landmark_names.index(name)
+    names = (*motion.landmark_names[:place], *motion.landmark_names[place + 1 :])
+    landmarks = np.delete(motion.landmarks, place, axis=1)
+    return dataclasses.replace(motion, landmark_names=names, landmarks=landmarks)
+
+
+@pytest.mark.parametrize("mapped", [False, True])
+@pytest.mark.parametrize("lacking", ["captured", "other"])
+def test_no_segment_is_rebuilt_over_a_landmark_that_one_motion_lacks(
+    lacking: str, mapped: bool
+) -> None:
+    whole = reach()
+    assert whole.landmarks is not None
+    longer = dataclasses.replace(whole, landmarks=whole.landmarks * 1.2)
+    motions = [whole, longer]
+    motions[lacking == "other"] = without(motions[lacking == "other"], "wrist")
+    pairs = tuple((name, name) for name in ("shoulder", "elbow", "hand")) if mapped else ()
+    settings = Settings(joint_map=pairs)
+    score = score_motions(("a", motions[0]), ("b", motions[1]), settings)
+    comparison = score.comparison
+    assert comparison.rebuilt_segments == (True, False)
+    # The upper arm's 6 cm are gone, the 6.8 cm from the elbow to the hand are left in the hand
+    assert comparison.held_distance == pytest.approx(0.068 / 3, abs=1e-3)
+    assert as_dict(comparison)["measured_how"]["segments"] == (
+        "the other's shoulder-elbow rebuilt on the captured lengths along their directions;"
+        " as given: elbow-hand, no single bone in both"
+    )
+    assert "as given: elbow-hand" in page(score)
+
+
+def test_what_lengthens_on_the_way_is_no_bone() -> None:
+    captured, other = without(reach(), "elbow"), without(reach(swing=0.7), "elbow")
+    comparison = compare(captured, other)
+    assert comparison.landmarks == ("shoulder", "wrist", "hand")
+    assert comparison.rebuilt_segments == (False, False)
+    assert comparison.no_bones == (True, False)
+    said = as_dict(comparison)["measured_how"]["segments"]
+    assert said == "as given; shoulder-wrist, no single bone in both"
 
 
 def test_without_named_joints_there_is_no_posture() -> None:
