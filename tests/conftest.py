@@ -67,6 +67,9 @@ SLOW = frozenset(
         "driver/test_stateful",
         "experiments/test_experiments",
         "experiments/test_neighbours",
+        "hil/test_arm",
+        "hil/test_host_killed",
+        "hil/test_operating",
         "test_hil",
     }
 )

@@ -52,12 +52,20 @@ def test_without_standard_error_it_runs_all_the_same(errors: str) -> None:
 
 
 def test_what_faults_do_is_said_a_few_times_and_summed_up() -> None:
-    line = (
-        f"sleep 3 | {COMMAND} --servo xm430-w350:1 --exit-with-stdin --fault reboot:every=0.05"
-        " --fault silent-servo:at=0.5,for=0.2"
-    )
-    status, errors = shell(line)
-    assert status == 0
+    line = f"{SERVE} --fault reboot:every=0.05 --fault silent-servo:at=0.5,for=0.2"
+    pipe = subprocess.PIPE
+    with subprocess.Popen(
+        line.split(), stdin=pipe, stderr=pipe, stdout=subprocess.DEVNULL, text=True
+    ) as run:
+        assert run.stdin is not None
+        assert run.stderr is not None
+        errors = ""
+        while "silent-servo: begins" not in errors:
+            assert (said := run.stderr.readline()), errors
+            errors += said
+        run.stdin.close()  # which ends it
+        errors += run.stderr.read()
+    assert run.returncode == 0
     assert errors.count(" fault 1 reboot") == 5 + 1
     assert "what follows is counted, not said" in errors
     assert "tick 500 (0.500000 s) fault 2 silent-servo: begins" in errors
