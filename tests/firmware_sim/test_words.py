@@ -61,7 +61,8 @@ def test_what_faults_do_is_said_a_few_times_and_summed_up() -> None:
         assert run.stderr is not None
         errors = ""
         while "silent-servo: begins" not in errors:
-            assert (said := run.stderr.readline()), errors
+            said = run.stderr.readline()
+            assert said, errors
             errors += said
         run.stdin.close()  # which ends it
         errors += run.stderr.read()
