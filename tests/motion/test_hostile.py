@@ -192,15 +192,12 @@ def test_files_beyond_every_limit_are_not_opened(suffix: str, tmp_path: Path) ->
     assert_bounded(path, options, "cut the motion")
 
 
-def test_a_matlab_file_that_inflates_to_more_than_it_may_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(hug_mp, "LARGEST_INSIDE", 2**22)
-    deflated = zlib.compress(bytes(2**24), 9)
+def test_a_matlab_file_that_inflates_to_more_than_it_may_is_refused(tmp_path: Path) -> None:
+    deflated = zlib.compress(bytes(hug_mp.LARGEST_INSIDE + 2**20), 9)
     head = seeds()["a.mat"][:128]
     path = tmp_path / "a.mat"
     path.write_bytes(head + struct.pack("<II", 15, len(deflated)) + deflated)
-    assert_bounded(path, ReadOptions(take="1.1.1"), "holds more than 4194304 bytes")
+    assert_bounded(path, ReadOptions(take="1.1.1"), "holds more than 16777216 bytes")
 
 
 @pytest.mark.parametrize(
@@ -217,6 +214,7 @@ def test_a_matlab_file_that_inflates_to_more_than_it_may_is_refused(
         ("motion|t", np.zeros(FRAMES), "does not increase"),
         ("up", np.array("w"), "'up' is 'w'"),
         ("motions", np.array(["other"]), "no key 'other"),
+        ("motions", np.array(["motion", "motion"]), "'motions' names a motion twice"),
     ],
 )
 def test_archives_that_do_not_fit_are_refused(

@@ -45,8 +45,9 @@ _DAMAGE = (
     *(SystemError, NameError),  # slips of scipy's on damaged files
 )
 LARGEST_FILE = 64 * 2**20
-LARGEST_INSIDE = 512 * 2**20
-"""Bytes of everything in the file once it is inflated; the captures hold 1 MB."""
+LARGEST_INSIDE = 16 * 2**20
+"""Bytes of everything in the file once it is inflated; the captures hold 1 MB, and every
+small cell among them takes many times its bytes once it is an array."""
 _HEADER, _TAG, _COMPRESSED = 128, 8, 15
 
 

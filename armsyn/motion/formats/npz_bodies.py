@@ -66,7 +66,10 @@ def takes(path: Path) -> tuple[str, ...]:
 
 def _takes(archive: Archive) -> tuple[str, ...]:
     if "motions" in archive.keys:
-        return archive.names("motions")
+        names = archive.names("motions")
+        if len(set(names)) != len(names):
+            raise FormatError(f"{archive.path}: 'motions' names a motion twice")
+        return names
     return tuple(sorted(key.removesuffix("|t") for key in archive.keys if key.endswith("|t")))
 
 
