@@ -187,20 +187,15 @@ def _in_base(
     import dataclasses
     import math
 
-    from armsyn.errors import InputError
     from armsyn.kinematics.rotation import from_expmap
-    from armsyn.motion.base_transform import fit_base_transform
+    from armsyn.motion.base_transform import check_poses, fit_base_transform
     from armsyn.motion.landmarks import arm_of_angles
 
     if options["align"]:
-        if source in options["align"]:
-            raise InputError(
-                "--align: calibration poses must be others than the motion: a transform fitted to"
-                " a trial hides where it went"
-            )
         poses, _ = _person(options["align"][0], arm, options)
         bare = {**options, **dict.fromkeys(("take", "rate", "up", "unit", "columns", "skeleton"))}
         own = _only(options["align"][1], bare).motion
+        check_poses((own, poses), (person, _only(source, options).motion))
         if set(arm.joint_names) <= set(own.joint_names):
             own = arm_of_angles(own, arm)
         transform = fit_base_transform(own, poses)

@@ -11,6 +11,7 @@ from armsyn.cli.measuring import measuring_options
 from armsyn.cli.motion_sources import load_motion
 
 if TYPE_CHECKING:
+    from armsyn.motion import Motion
     from armsyn.motion.base_transform import BaseTransform
     from armsyn.scoring.bands import Bands
     from armsyn.scoring.joint_map import JointMap
@@ -70,17 +71,18 @@ def score(**options: Any) -> None:
     from armsyn.scoring.score import Settings, score_as_dict, score_motions
 
     joint_map = checked_joint_map(options["joint_map"])
+    captured, other = load_motion(options["captured"]), load_motion(options["other"])
     settings = Settings(
         cutoff=options["cutoff"],
         fraction=options["cut"],
         rebuild=options["segments"] == "rebuilt",
-        transform=_transform(options, joint_map),
+        transform=_transform(options, joint_map, (captured[1], other[1])),
         joint_map=joint_map,
         captured_movement=options["movement_a"],
         movement=options["movement"],
         bands=_bands(options["bands"]),
     )
-    found = score_motions(load_motion(options["captured"]), load_motion(options["other"]), settings)
+    found = score_motions(captured, other, settings)
     if options["html"] is not None:
         from armsyn.scoring.page import write_page
 
@@ -101,20 +103,16 @@ def _bands(path: Path | None) -> Bands | None:
     return None if path is None else load_bands(path)
 
 
-def _transform(options: dict[str, Any], joint_map: JointMap) -> BaseTransform | None:
+def _transform(
+    options: dict[str, Any], joint_map: JointMap, scored: tuple[Motion, Motion]
+) -> BaseTransform | None:
     if options["align"] is None:
         return None
-    from armsyn.errors import InputError
-    from armsyn.motion.base_transform import fit_base_transform
+    from armsyn.motion.base_transform import check_poses, fit_base_transform
     from armsyn.scoring.joint_map import mapped
 
-    scored = {Path(options[key]).resolve() for key in ("captured", "other")}
-    if scored & {Path(text).resolve() for text in options["align"]}:
-        raise InputError(
-            "--align: calibration poses must be others than the motions that are scored: a"
-            " transform fitted to a trial hides where it went"
-        )
     (_, poses), (_, other_poses) = (load_motion(text) for text in options["align"])
+    check_poses((poses, other_poses), scored)
     return fit_base_transform(
         mapped(poses, joint_map, other=False), mapped(other_poses, joint_map, other=True)
     )

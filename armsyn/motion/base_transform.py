@@ -11,12 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armsyn.errors import CaptureError, FormatError
+from armsyn.errors import CaptureError, FormatError, InputError
 from armsyn.motion.motion import FloatArray, Motion
 
 FLATTEST = 0.02
 """m; root mean square spread of the poses' landmarks in their second direction. On one line they
 leave a turn about it free."""
+SAME_PLACE = 1e-5
+"""m; landmarks that differ by no more are the same ones, written in another format."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +103,38 @@ def fit_base_transform(poses: Motion, other_poses: Motion) -> BaseTransform:
     residual = float(np.sqrt((left**2).mean()))
     source = f"{other_poses.source} onto {poses.source}"
     return BaseTransform(rotation, translation, residual, poses.frames, source)
+
+
+def check_poses(poses: tuple[Motion, Motion], trials: tuple[Motion, ...]) -> None:
+    """Refuse calibration poses that are a trial's own, under whatever name they were read.
+
+    Parameters
+    ----------
+    poses : (Motion, Motion)
+        Of the one base and the other.
+    trials : tuple of Motion
+        What the transform is meant for.
+
+    Raises
+    ------
+    InputError
+        When the landmarks, or without any the joint angles, of one of both are those of a trial.
+    """
+    for one in poses:
+        if any(_same(one, trial) for trial in trials):
+            raise InputError(
+                "--align: calibration poses must be others than the motion, and those of"
+                f" {one.source or 'one file'} are its own: a transform fitted to a trial hides where"
+                " it went"
+            )
+
+
+def _same(one: Motion, other: Motion) -> bool:
+    pairs = ((one.landmarks, other.landmarks), (one.angles, other.angles))
+    first, second = next((p for p in pairs if p[0] is not None and p[1] is not None), pairs[0])
+    if first is None or second is None or first.shape != second.shape:
+        return False
+    return np.allclose(first, second, rtol=0, atol=SAME_PLACE, equal_nan=True)
 
 
 def _points(motion: Motion, names: list[str]) -> FloatArray:

@@ -174,7 +174,11 @@ def test_a_robot_is_brought_home_by_calibration_poses_of_its_session(
     said = home["measured_how"]["alignment"]
     assert "one rigid transform for the session, from 41 calibration poses" in said
     trial = run(files[0], names[0], "--align", files[0], names[0]).exception
-    assert "calibration poses must be others than the motions" in str(trial)
+    assert "calibration poses must be others than the motion" in str(trial)
+    for name in ("copy.npz", "copy.csv"):
+        write_motion(tmp_path / name, turned)
+        copied = run(files[0], names[0], "--align", names[1], str(tmp_path / name)).exception
+        assert "hides where it went" in str(copied)
 
 
 def _turned(one: Motion) -> np.ndarray:
