@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from armsyn.cli.motion_takes import Take
     from armsyn.motion import Motion
-    from armsyn.motion.movements import Movement, ReachRule
+    from armsyn.motion.movements import Movement
 
 
 @click.command()
@@ -73,11 +73,12 @@ def segment(source: str, **options: Any) -> None:
     from armsyn.motion.points import hand_of, position_of
 
     rule = ReachRule(displacement=options["least"], peaks=options["peaks"])
-    takes = all_takes(source, options)
-    if options["plot"] is not None and len(takes) > 1:
-        raise InputError(f"{source}: {len(takes)} motions in it; --plot shows one: name it")
-    rows, hands = [], set()
-    for take in takes:
+    several = sum(1 for _ in all_takes(source, options)) if options["plot"] is not None else 1
+    if several > 1:
+        raise InputError(f"{source}: {several} motions in it; --plot shows one: name it")
+    rows: list[_Row] = []
+    hands = set[str]()
+    for take in all_takes(source, options):
         motion = _with_point(take, options["landmark"])
         hand = options["landmark"] or hand_of(motion, hand_last=take.hand_last)
         hands.add(hand)
@@ -88,15 +89,17 @@ def segment(source: str, **options: Any) -> None:
             fraction=options["threshold"],
             cutoff=options["cutoff"],
         )
-        rows += [
-            _Row(take.name, motion, number, movement, rule)
-            for number, movement in enumerate(found, 1)
-        ]
+        ended = None if options["out"] is None else _ending_with(motion, hand)
+        for number, movement in enumerate(found, 1):
+            fault = rule.fault(movement, motion)
+            usable = None if fault else ended
+            cut = usable and usable.between(movement.first, movement.last)
+            rows.append(_Row(take.name, number, movement, fault, cut))
     if options["plot"] is not None:
         from armsyn.cli.motion_segment_plot import plot_movements
 
         named = [(row.movement, row.fault) for row in rows]
-        plot_movements(options["plot"], source, takes[0].motion.time, positions, named, options)
+        plot_movements(options["plot"], source, motion.time, positions, named, options)
     written = _write(options["out"], rows)
     _report(source, rows, options, hands, written)
 
@@ -110,14 +113,40 @@ def _with_point(take: Take, point: str | None) -> Motion:
     return take.body.as_motion() if of_body and names != take.motion.landmark_names else take.motion
 
 
+def _ending_with(motion: Motion, hand: str) -> Motion:
+    """Return the motion with the hand as its last landmark, as who reads the file takes it."""
+    import dataclasses
+
+    import numpy as np
+
+    from armsyn.motion.points import position_of
+
+    names = motion.landmark_names
+    if hand == names[-1] or motion.landmarks is None:
+        return motion
+    own = [hand] if hand in names else [name.strip() for name in hand.split("+")]
+    kept = [column for column, name in enumerate(names) if name != hand]
+    landmarks = [motion.landmarks[:, kept], position_of(motion, hand)[:, None]]
+    filled = motion.filled
+    if filled is not None:
+        of_hand = filled[:, [names.index(name) for name in own]].any(axis=1, keepdims=True)
+        filled = np.concatenate([filled[:, kept], of_hand], axis=1)
+    return dataclasses.replace(
+        motion,
+        landmark_names=(*(names[column] for column in kept), hand),
+        landmarks=np.concatenate(landmarks, axis=1),
+        filled=filled,
+    )
+
+
 class _Row:
     """A movement as it is reported."""
 
     def __init__(
-        self, name: str, motion: Motion, number: int, movement: Movement, rule: ReachRule
+        self, name: str, number: int, movement: Movement, fault: str, cut: Motion | None
     ) -> None:
-        self.name, self.motion, self.number, self.movement = name, motion, number, movement
-        self.fault = rule.fault(movement, motion)
+        self.name, self.number, self.movement, self.fault = name, number, movement, fault
+        self.cut = cut  # what is written of it
 
     def as_dict(self) -> dict[str, Any]:
         one = self.movement
@@ -145,12 +174,27 @@ def _write(folder: Path | None, rows: list[_Row]) -> list[str]:
     except OSError as error:
         raise InputError(f"{folder}: cannot make the folder: {error.strerror}") from error
     written = []
+    names = _file_names(rows)
     for row in rows:
-        if not row.fault:
-            path = folder / f"{_file_name(row.name)}-{row.number}.npz"
-            write_motion(path, row.motion.between(row.movement.first, row.movement.last))
+        if row.cut is not None:
+            path = folder / f"{names[row.name]}-{row.number}.npz"
+            write_motion(path, row.cut)
             written.append(str(path))
     return written
+
+
+def _file_names(rows: list[_Row]) -> dict[str, str]:
+    """Return a file's name of each take; takes that would have the same are numbered."""
+    found: dict[str, str] = {}
+    taken = set[str]()
+    for name in dict.fromkeys(row.name for row in rows):
+        plain, again = _file_name(name), 1
+        found[name] = plain
+        while found[name].casefold() in taken:
+            again += 1
+            found[name] = f"{plain}-{again}"
+        taken.add(found[name].casefold())
+    return found
 
 
 def _file_name(name: str) -> str:

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from armsyn.motion import Motion
 
+_ANY_ORDER = (".amc", ".bvh", ".c3d", ".trc")
+"""Files of markers and skeletons: the hand is not the last there, unless by chance."""
+
 
 def load_motions(text: str) -> list[tuple[str, Motion]]:
     """Return the motions that a file or a selection of captures names.
@@ -34,7 +37,9 @@ def load_motions(text: str) -> list[tuple[str, Motion]]:
     from armsyn.motion.formats import FORMATS, read_motion, split_take
 
     if split_take(text)[0].suffix.lower() in FORMATS:
-        return [(text, read_motion(text))]
+        motion = read_motion(text)
+        _say_hand(text, motion)
+        return [(text, motion)]
     if not is_selection(text):
         known = ", ".join(FORMATS)
         raise FormatError(
@@ -42,6 +47,23 @@ def load_motions(text: str) -> list[tuple[str, Motion]]:
             " reach.npz or garza:ForwardHigh"
         )
     return [(capture.name, capture.motion) for capture in load_captures(text)]
+
+
+def _say_hand(text: str, motion: Motion) -> None:
+    """Say which landmark is the hand, where a format keeps them in any order."""
+    import click
+
+    from armsyn.motion.formats import split_take
+    from armsyn.motion.points import HAND
+
+    names = motion.landmark_names
+    any_order = split_take(text)[0].suffix.lower() in _ANY_ORDER
+    if any_order and names and names[-1] != HAND:
+        click.echo(
+            f"{text}: its last landmark, '{names[-1]}', is taken for the {HAND}, unless a map of"
+            " names says otherwise",
+            err=True,
+        )
 
 
 def load_motion(text: str) -> tuple[str, Motion]:

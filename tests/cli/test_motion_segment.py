@@ -54,6 +54,49 @@ def test_movements_and_reasons(call: Call, recording: Path, tmp_path: Path) -> N
     assert np.ptp(cut.hand[:, 0]) == pytest.approx(0.4, abs=0.01)
 
 
+def test_what_is_written_ends_with_the_landmark_that_was_asked_for(
+    call: Call, recording: Path, tmp_path: Path
+) -> None:
+    motion = read_motion(recording)
+    assert motion.landmarks is not None
+    turned = Motion(motion.time, (), None, ("wrist", "elbow"), motion.landmarks[:, ::-1])
+    write_motion(tmp_path / "turned.npz", turned)
+    for landmark, names, half in (("wrist", ("elbow", "wrist"), 1), ("wrist+elbow", None, 2)):
+        least = ("--least", "0.15", "--landmark", landmark)
+        outcome = call(
+            *("motion", "segment", tmp_path / "turned.npz", *least),
+            *("--json", "--out", tmp_path / "out"),
+        )
+        cut = read_motion(outcome.document["written"][0])
+        assert cut.landmark_names == (names or ("wrist", "elbow", "wrist+elbow"))
+        assert np.ptp(cut.hand[:, 0]) == pytest.approx(0.4 / half, abs=0.01)
+
+
+def test_takes_whose_names_end_alike_are_written_beside_each_other(
+    call: Call, recording: Path, tmp_path: Path
+) -> None:
+    motion = read_motion(recording)
+    root = motion.hand
+    takes = ("first/reach", "second/reach", "second/Reach")
+    arrays: dict[str, np.ndarray] = {
+        "joint": np.array(["hand"]),
+        "parent": np.array([-1]),
+        "offset": np.zeros((1, 3)),
+        "prerot_xyzw": np.array([[0.0, 0, 0, 1]]),
+        "motions": np.array(takes),
+    }
+    for take in takes:
+        arrays[f"{take}|t"] = motion.time
+        arrays[f"{take}|expmap"] = np.zeros((motion.frames, 1, 3))
+        arrays[f"{take}|root"] = root
+    np.savez(tmp_path / "bodies.npz", allow_pickle=False, **arrays)
+    out = tmp_path / "out"
+    call("motion", "segment", tmp_path / "bodies.npz", "--out", out)
+    assert sorted(path.name for path in out.iterdir()) == sorted(
+        f"{name}-{number}.npz" for name in ("reach", "reach-2", "Reach-3") for number in (1, 2)
+    )
+
+
 def test_options_reach_the_search(call: Call, recording: Path) -> None:
     everything = call("motion", "segment", recording, "--least", "0.05").out
     assert "3 of 3 movements are usable" in everything
