@@ -124,8 +124,8 @@ def check_poses(poses: tuple[Motion, Motion], trials: tuple[Motion, ...]) -> Non
         if any(_same(one, trial) for trial in trials):
             raise InputError(
                 "--align: calibration poses must be others than the motion, and those of"
-                f" {one.source or 'one file'} are its own: a transform fitted to a trial hides where"
-                " it went"
+                f" {one.source or 'one file'} are its own: a transform fitted to a trial hides"
+                " where it went"
             )
 
 
