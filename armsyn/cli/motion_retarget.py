@@ -98,10 +98,12 @@ def _only(source: str, options: dict[str, Any]) -> Take:
     from armsyn.errors import InputError
 
     takes = all_takes(source, options)
-    if len(takes) > 1:
-        names = ", ".join(take.name for take in takes[:3])
-        raise InputError(f"{source}: {len(takes)} motions in it, one is needed: {names}, ...")
-    return takes[0]
+    first = next(takes)
+    others = [take.name for take in takes]
+    if others:
+        names = ", ".join([first.name, *others[:2]])
+        raise InputError(f"{source}: {1 + len(others)} motions in it, one is needed: {names}, ...")
+    return first
 
 
 def _person(

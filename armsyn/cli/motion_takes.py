@@ -27,8 +27,8 @@ class Take(NamedTuple):
     """What its reader found or assumed: unit, rate, axis up."""
 
 
-def all_takes(source: str, options: dict[str, Any]) -> list[Take]:
-    """Return the motions of a file (of all its takes, unless one is named) or a set.
+def all_takes(source: str, options: dict[str, Any]) -> Iterator[Take]:
+    """Give the motions of a file (of all its takes, unless one is named) or a set, one by one.
 
     Parameters
     ----------
@@ -37,10 +37,10 @@ def all_takes(source: str, options: dict[str, Any]) -> list[Take]:
     options : dict
         With the values of `armsyn.cli.motion_options.reading_options`.
 
-    Returns
-    -------
-    list of Take
-        One at least.
+    Yields
+    ------
+    Take
+        One at least; none is kept, so that a file of many takes little memory.
 
     Raises
     ------
@@ -57,11 +57,10 @@ def all_takes(source: str, options: dict[str, Any]) -> list[Take]:
     if is_selection(source) and not split_take(source)[0].exists():
         if any(value is not None for value in given.values()):
             raise InputError(f"{source}: captures need no options of files: leave them out")
-        return [
-            Take(capture.name, capture.motion, None, hand_last=True, cut=True, facts={})
-            for capture in load_captures(source)
-        ]
-    return list(_of_file(source, given))
+        for capture in load_captures(source):
+            yield Take(capture.name, capture.motion, None, hand_last=True, cut=True, facts={})
+        return
+    yield from _of_file(source, given)
 
 
 def _of_file(source: str, given: dict[str, Any]) -> Iterator[Take]:
