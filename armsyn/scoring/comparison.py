@@ -88,7 +88,7 @@ class Comparison:
     paper_rate, rate : float
         Hz at which the paper's distance, and everything else, was taken.
     paper_distance, coverage : float
-        Of the whole motions, to the end of the shorter; shorter over longer duration.
+        Of the motions as given, to the end of the shorter; shorter over longer duration.
     refusal : str or None
         Why the paper's distance is no verdict here; None when it is.
     held_distance : float
@@ -107,6 +107,8 @@ class Comparison:
         Of the hands, with filter and cut.
     speed_r : float
         Correlation of the hands' speeds over normalised time.
+    cut_out : str
+        Which movement of which recording the motions are; empty where they are whole ones.
     """
 
     captured_source: str
@@ -134,6 +136,7 @@ class Comparison:
     captured_profile: ProfileMeasures
     other_profile: ProfileMeasures
     speed_r: float
+    cut_out: str = ""
 
     @property
     def rebuilt(self) -> bool:

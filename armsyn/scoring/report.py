@@ -65,6 +65,7 @@ def as_dict(comparison: Comparison) -> dict[str, Any]:
         "paper_distance_m": comparison.paper_distance,
         "paper_coverage": comparison.coverage,
         "paper_refusal": comparison.refusal,
+        "paper_distance_of": comparison.cut_out or "whole motions",
         "normalised_distance_m": comparison.normalised_distance,
         "log_movement_time_ratio": comparison.log_time_ratio,
         "distance_per_arm_length": _defined(comparison.per_arm_length),

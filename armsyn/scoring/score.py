@@ -139,7 +139,8 @@ def score_motions(
         fraction=fraction,
     )
     floor = _floor(name, comparison.landmarks, settings)
-    comparison = dataclasses.replace(comparison, floor=floor)
+    cut_out = _cut_out(first_movement, second_movement)
+    comparison = dataclasses.replace(comparison, floor=floor, cut_out=cut_out)
     if settings.joint_map:
         theirs = tuple(names[1] for names in settings.joint_map)
         comparison = dataclasses.replace(comparison, other_landmarks=theirs)
@@ -181,6 +182,15 @@ def _one_movement(
         number = next(place for place, one in enumerate(found, 1) if at <= one.end)
     taken = only_movement(recording, number, cutoff=settings.cutoff, fraction=settings.fraction)
     return taken, Which(number, len(found))
+
+
+def _cut_out(captured: Which, other: Which) -> str:
+    parts = [
+        f"{label}: movement {which.number} of {which.of}"
+        for label, which in (("A", captured), ("B", other))
+        if which.of > 1
+    ]
+    return ", ".join(parts)
 
 
 def _how_of(settings: Settings, rate: float) -> How:

@@ -50,10 +50,10 @@ def distance_rows(comparison: Comparison) -> list[tuple[str, str, str]]:
         return f"{100 * metres:.2f} cm"
 
     times = f"movement takes {math.exp(comparison.log_time_ratio):.2f} x the captured time"
-    paper = comparison.refusal or "whole motions, to the end of the shorter"
-    remark = f"coverage {comparison.coverage:.2f}; " + (
-        f"no verdict: {paper}" if comparison.refusal else paper
-    )
+    of = f"{comparison.cut_out or 'whole motions'}, to the end of the shorter"
+    if comparison.refusal:
+        of = "; ".join(filter(None, (f"no verdict: {comparison.refusal}", comparison.cut_out)))
+    remark = f"coverage {comparison.coverage:.2f}; {of}"
     rows = [
         ("held distance", cm(comparison.held_distance), "onset to offset, last posture held"),
         ("paper's distance", cm(comparison.paper_distance), remark),

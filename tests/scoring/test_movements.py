@@ -10,6 +10,7 @@ from armsyn.motion import Motion
 from armsyn.scoring import measure
 from armsyn.scoring.movements import bouts, only_movement
 from armsyn.scoring.score import Settings, score_as_dict, score_motions
+from armsyn.scoring.tables import distance_rows
 
 from .arms import NAMES, posture, reach
 
@@ -56,6 +57,10 @@ def test_one_movement_scores_as_if_alone() -> None:
     document = score_as_dict(score)
     assert document["a_movement"] == {"number": 1, "of": 1}
     assert document["b_movement"] == {"number": 1, "of": 2}
+    assert document["paper_distance_of"] == "B: movement 1 of 2"
+    remark = distance_rows(score.comparison)[1][2]
+    assert "B: movement 1 of 2" in remark
+    assert "whole" not in remark
     recording = there_and_back()
     time = np.where(recording.time > 1.8, 3 * recording.time - 3.6, recording.time)
     slow_back = dataclasses.replace(recording, time=time)
@@ -65,14 +70,21 @@ def test_one_movement_scores_as_if_alone() -> None:
     assert fastest.comparison.endpoint_error == pytest.approx(0, abs=1e-6)
     alone = score_motions(("a", reach()), ("b", reach()), Settings())
     assert (alone.other_movement, alone.comparison.coverage) == ((1, 1), 1.0)
+    assert score_as_dict(alone)["paper_distance_of"] == "whole motions"
+    whole = distance_rows(alone.comparison)[1][2]
+    assert whole == "coverage 1.00; whole motions, to the end of the shorter"
     back = score_motions(("a", reach()), ("b", there_and_back()), Settings(movement=2))
     assert back.comparison.held_distance > 0.1
+    remark = distance_rows(back.comparison)[1][2]
+    assert "no verdict: the target is missed" in remark
+    assert remark.endswith("B: movement 2 of 2")
 
 
 def test_movements_of_both_can_be_chosen() -> None:
     both = ("both", there_and_back())
     score = score_motions(both, both, Settings(captured_movement=2, movement=2))
     assert score.captured_movement == score.other_movement == (2, 2)
+    assert score.comparison.cut_out == "A: movement 2 of 2, B: movement 2 of 2"
     assert score.comparison.held_distance == 0
     assert score_motions(both, both, Settings(movement=1)).comparison.held_distance > 0.1
 
