@@ -249,10 +249,29 @@ def test_csv_extra_columns_are_ignored_when_read(tmp_path: Path) -> None:
 
 @pytest.mark.fault(38)
 def test_too_many_rows_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(csv_format, "MOST_ROWS", 2)
     path = tmp_path / "long.csv"
     write_motion(path, small_motion())
+    monkeypatch.setattr(csv_format, "MOST_ROWS", 2)
     assert_refused(path, "more than 2 rows")
+
+
+@pytest.mark.parametrize(
+    ("limit", "most", "match"),
+    [
+        ("MOST_ROWS", 2, r"3 rows, more than 2: name an \.npz file"),
+        ("MOST_COLUMNS", 7, "8 columns, more than 7"),
+        ("LARGEST_FILE", 100, "more than 100 bytes"),
+    ],
+)
+def test_what_could_not_be_read_again_is_not_written_as_csv(
+    limit: str, most: int, match: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(csv_format, limit, most)
+    with pytest.raises(FormatError, match=match):
+        write_motion(tmp_path / "long.csv", small_motion())
+    assert names_in(tmp_path) == []
+    csv_format.write(tmp_path / "recording.csv", small_motion(), {"elbow:current_a": np.zeros(3)})
+    assert names_in(tmp_path) == ["recording.csv"]  # a recording is not lost at its end
 
 
 def test_names_that_are_not_printable_are_refused_by_csv(tmp_path: Path) -> None:

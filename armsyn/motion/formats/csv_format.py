@@ -276,17 +276,24 @@ def write(path: Path, motion: Motion, extra: dict[str, FloatArray] | None = None
     motion : Motion
         Any; its names are printable text. Line breaks in its source become spaces.
     extra : dict of str to array, shape (frames,)
-        More columns by their full name, `NAME:QUANTITY`, which `read` ignores.
+        More columns by their full name, `NAME:QUANTITY`, which `read` ignores. With
+        them it is a recording, which cannot be made again: it is written whatever its size.
 
     Raises
     ------
     FormatError
-        When a name is not printable.
+        When a name is not printable, or `read` would refuse so many rows, columns or bytes.
     InputError
         When the file cannot be written.
     """
+    limited = extra is None
     extra = extra or {}
     header = [*header_of(motion), *extra]
+    for count, most, of in (
+        *((len(header), MOST_COLUMNS, "columns"), (motion.frames, MOST_ROWS, "rows")),
+    ):
+        if limited and count > most:
+            raise FormatError(f"{path}: {count} {of}, more than {most}: name an .npz file")
     table = np.column_stack([rows_of(motion), *extra.values()])
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         source = " ".join(motion.source.split())
@@ -295,3 +302,5 @@ def write(path: Path, motion: Motion, extra: dict[str, FloatArray] | None = None
         writer.writerow(header)
         for row in table.tolist():
             writer.writerow(["" if math.isnan(value) else repr(value) for value in row])
+        if limited and file.tell() > LARGEST_FILE:
+            raise FormatError(f"{path}: more than {LARGEST_FILE} bytes: name an .npz file")
