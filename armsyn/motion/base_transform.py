@@ -77,13 +77,22 @@ def fit_base_transform(poses: Motion, other_poses: Motion) -> BaseTransform:
     FormatError
         When one has angles only.
     CaptureError
-        When frames differ in number, there are gaps, or the landmarks lie on one line.
+        When they have no landmark in common, frames differ in number, there are gaps, or
+        the landmarks lie on one line.
 
     References
     ----------
     Umeyama, IEEE PAMI 13:376 (1991), eq. 40-42, without scale.
     """
     common = [name for name in poses.landmark_names if name in other_poses.landmark_names]
+    for motion in (poses, other_poses):
+        if motion.landmarks is None:
+            raise FormatError(f"{motion.source or 'calibration poses'}: no landmark positions")
+    if not common:
+        raise CaptureError(
+            f"calibration poses: no landmark of {poses.source} ({', '.join(poses.landmark_names)})"
+            f" is one of {other_poses.source} ({', '.join(other_poses.landmark_names)})"
+        )
     here, there = _points(poses, common), _points(other_poses, common)
     if here.shape != there.shape:
         raise CaptureError(
@@ -138,8 +147,7 @@ def _same(one: Motion, other: Motion) -> bool:
 
 
 def _points(motion: Motion, names: list[str]) -> FloatArray:
-    if motion.landmarks is None:
-        raise FormatError(f"{motion.source or 'calibration poses'}: no landmark positions")
+    assert motion.landmarks is not None  # noqa: S101 - the caller looked
     return motion.landmarks[:, [motion.landmark_names.index(name) for name in names]]
 
 

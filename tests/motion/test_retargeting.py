@@ -99,6 +99,13 @@ def test_one_transform_of_a_session_undoes_its_base(human7: ArmDescription) -> N
     assert np.linalg.norm(places(wrong) - places(trial), axis=2).max() > 0.3
 
 
+def test_poses_without_a_landmark_in_common_are_refused(human7: ArmDescription) -> None:
+    own = played(human7, 5)
+    other = dataclasses.replace(own, landmark_names=("a", "b", "c", "d"), source="other")
+    with pytest.raises(CaptureError, match=r"no landmark of played \(shoulder.*of other \(a, b"):
+        fit_base_transform(own, other)
+
+
 def test_mirrored_twice_is_the_same(human7: ArmDescription) -> None:
     own = played(human7)
     np.testing.assert_array_equal(places(mirrored(mirrored(own))), places(own))
