@@ -7,7 +7,7 @@ import pytest
 
 from armsyn.arm import load_arm
 from armsyn.errors import FormatError
-from armsyn.motion.formats import ReadOptions, read_file, read_motion
+from armsyn.motion.formats import ReadOptions, read_file, read_motion, split_take
 from tests.motion.seeds import COLUMNS, LOG, TABLE, URDF
 
 
@@ -44,6 +44,29 @@ def test_a_row_of_nothing_but_tabs_is_a_frame_of_gaps(tmp_path: Path) -> None:
     (tmp_path / "t.tsv").write_text("x\ty\tz\n1\t2\t3\n\t\t\n\n1\t2\t4\n")
     motion = read_motion(tmp_path / "t.tsv", ReadOptions(columns=tmp_path / "c.toml"))
     assert np.isnan(motion.hand).all(axis=1).tolist() == [False, True, False]
+
+
+def test_a_rate_that_is_told_stands_in_for_the_maps(table: tuple[Path, ReadOptions]) -> None:
+    path, options = table
+    assert options.columns is not None
+    options.columns.write_text(
+        'delimiter = ";"\n[joints]\nelbow = "elbow"\n[landmarks]\n'
+        'hand = ["hand x", "hand y", "hand z"]\n'
+    )
+    reading = read_file(path, ReadOptions(columns=options.columns, rate=5))
+    assert reading.motion.time.tolist() == [0, 0.2, 0.4, 0.6]
+    assert [reading.facts[key] for key in ("unit", "up", "angle unit")] == [
+        *("m (assumed)", "z (assumed)", "rad (assumed)")
+    ]
+    told = read_file(path, ReadOptions(columns=options.columns, rate=5, unit="mm", up="y"))
+    assert (told.facts["unit"], told.facts["up"]) == ("mm", "y")
+
+
+def test_a_take_is_parted_from_a_file_in_a_folder_with_its_mark(tmp_path: Path) -> None:
+    folder = tmp_path / "day#1"
+    assert split_take(f"{folder}/a.npz#reach") == (folder / "a.npz", "reach")
+    (tmp_path / "a.npz").touch()
+    assert split_take(f"{tmp_path}/a.npz#reach#2") == (tmp_path / "a.npz", "reach#2")
 
 
 def test_joints_alone_are_a_motion(table: tuple[Path, ReadOptions]) -> None:

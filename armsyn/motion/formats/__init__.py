@@ -202,11 +202,16 @@ def takes_in(path: Path | str) -> tuple[str, ...]:
 
 
 def split_take(path: Path | str) -> tuple[Path, str | None]:
-    """Split FILE#TAKE; a file whose own name has a # is itself, when it exists."""
+    """Split FILE#TAKE; a file whose own name has a # is itself, when it exists.
+
+    Of several #, the last one parts them, but for a file that is there by less of the text.
+    """
     text = str(path)
     if "#" not in text or Path(text).exists():
         return Path(text), None
     file, _, take = text.partition("#")
+    if not Path(file).is_file():
+        file, _, take = text.rpartition("#")
     return Path(file), take
 
 

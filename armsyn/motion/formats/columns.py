@@ -32,9 +32,12 @@ class ColumnMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     time_unit : {"s", "ms", "us", "ns"}
     rate : float or None
         Frames a second, instead of `time`.
-    length_unit : {"m", "cm", "mm", "in", "ft"}
-    angle_unit : {"rad", "deg"}
-    up : {"x", "y", "z"}
+    length_unit : {"m", "cm", "mm", "in", "ft"} or None
+        m is assumed, and said.
+    angle_unit : {"rad", "deg"} or None
+        rad is assumed, and said.
+    up : {"x", "y", "z"} or None
+        z is assumed, and said.
     landmarks : dict of str to three columns
         The end effector last.
     joints : dict of str to column
@@ -46,9 +49,9 @@ class ColumnMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     time: Column | None = None
     time_unit: Literal["s", "ms", "us", "ns"] = "s"
     rate: Annotated[float, msgspec.Meta(gt=0, le=1e6)] | None = None
-    length_unit: _Unit = "m"
-    angle_unit: Literal["rad", "deg"] = "rad"
-    up: Literal["x", "y", "z"] = "z"
+    length_unit: _Unit | None = None
+    angle_unit: Literal["rad", "deg"] | None = None
+    up: Literal["x", "y", "z"] | None = None
     landmarks: dict[str, tuple[Column, Column, Column]] = {}
     joints: dict[str, Column] = {}
 

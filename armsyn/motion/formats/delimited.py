@@ -89,7 +89,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
 
 def _read_mapped(path: Path, columns: ColumnMap, options: ReadOptions) -> Reading:
     rate = options.rate or columns.rate
-    if (columns.time is None) == (columns.rate is None):
+    if (columns.time is None and not rate) or (columns.time is not None and columns.rate):
         raise FormatError(f"{options.columns}: 'time' or 'rate': one of them, not both")
     timed = [] if rate or columns.time is None else [columns.time]
     marks = [place for places in columns.landmarks.values() for place in places]
@@ -97,14 +97,17 @@ def _read_mapped(path: Path, columns: ColumnMap, options: ReadOptions) -> Readin
     numbers = _read_columns(path, columns, wanted, marks)
     time = np.arange(len(numbers)) / rate if rate else numbers[:, 0] * _SECONDS[columns.time_unit]
     first = len(wanted)
-    unit, up = options.unit or columns.length_unit, options.up or columns.up
+    said_unit, said_up = options.unit or columns.length_unit, options.up or columns.up
+    unit, up, angle_unit = said_unit or "m", said_up or "z", columns.angle_unit or "rad"
     positions = numbers[:, first:].reshape(len(numbers), len(columns.landmarks), 3)
     landmarks = z_up(positions * metres(unit), up)
-    angles = numbers[:, len(timed) : first] * RADIANS[columns.angle_unit]
+    angles = numbers[:, len(timed) : first] * RADIANS[angle_unit]
     motion = _motion(path, time, tuple(columns.joints), angles, tuple(columns.landmarks), landmarks)
-    facts = {"columns": str(options.columns), "unit": unit, "up": up}
+    facts = {"columns": str(options.columns)}
+    if columns.landmarks:
+        facts |= {"unit": fact(unit, said_unit), "up": fact(up, said_up)}
     if columns.joints:
-        facts["angle unit"] = columns.angle_unit
+        facts["angle unit"] = fact(angle_unit, columns.angle_unit)
     return Reading(motion, facts)
 
 
