@@ -192,7 +192,9 @@ def test_values_that_are_no_numbers(frame: int, joint: int, value: float) -> Non
     arm = load_arm("human7")
     angles = np.tile(arm.rest, (100, 1))
     angles[frame, joint] = value
-    with pytest.raises(InputError, match=f"{arm.joint_names[joint]} is {value} at") as caught:
+    name = arm.joint_names[joint]
+    said = f"{name} is nan at" if np.isnan(value) else f"angles of '{name}' at frame {frame} are"
+    with pytest.raises(InputError, match=said) as caught:  # no motion holds an infinite one
         check_trajectory(motion(arm, angles), arm)
     assert caught.value.exit_status == 2
 
