@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Collection
-from dataclasses import dataclass
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -27,10 +25,10 @@ from armsyn.driver.blocks import (
     state_plans,
 )
 from armsyn.driver.gathering import gather_health
+from armsyn.driver.goals import GoalPackets
 from armsyn.driver.parser import StatusPacket
 from armsyn.driver.plans import ReadPlan, exchange_duration
-from armsyn.driver.registers import Register, X
-from armsyn.driver.requests import codec
+from armsyn.driver.registers import X
 from armsyn.driver.servos import ServoGroup
 from armsyn.driver.timing import Cycle
 from armsyn.driver.transactions import Bus
@@ -38,7 +36,6 @@ from armsyn.driver.transactions import Bus
 __all__ = ["Health", "JointGroup", "JointState", "watched_servos"]
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 FAST_LOSSES = 3.0
@@ -48,7 +45,6 @@ follow, give way to sync and single reads, of which it takes one servo's."""
 _LOSS_MEMORY = 0.99
 """What is left of a count of losses a cycle later."""
 
-_PACKING = {(2, False): "H", (2, True): "h", (4, False): "I", (4, True): "i"}
 _UNKNOWN = np.array(np.nan)
 _X_STATE = STATE_BLOCKS[X]
 
@@ -80,24 +76,6 @@ class JointState(NamedTuple):
     alert: BoolArray
     temperature: FloatArray = _UNKNOWN
     voltage: FloatArray = _UNKNOWN
-
-
-@dataclass(frozen=True)
-class _Goals:
-    """A sync write of goals: the servos of one register."""
-
-    protocol: int
-    register: Register
-    rows: tuple[int, ...]
-    ids: tuple[int, ...]
-    packing: struct.Struct
-
-    def packet(self, ticks: list[int]) -> bytes:
-        shares = zip(self.ids, (ticks[row] for row in self.rows), strict=True)
-        data = self.packing.pack(*chain.from_iterable(shares))
-        at, size = self.register.address, self.register.size
-        packet: bytes = codec(self.protocol).sync_write_shares(at, size, data)
-        return packet
 
 
 class _Poll(NamedTuple):
@@ -154,14 +132,13 @@ class JointGroup:
         self.names = arm.joint_names
         models = [self.group.models[i] for i in self.ids]
         direction = self.calibration.direction.astype(np.float64)
-        self._zero = self.calibration.zero_tick.astype(np.float64)
-        self._position_unit = direction * self.calibration.radians_per_tick
+        zero = self.calibration.zero_tick.astype(np.float64)
+        position_units = np.broadcast_to(self.calibration.radians_per_tick, zero.shape)
         velocity_units = [model.velocity_unit for model in models]
         current_units = [model.current_unit or np.nan for model in models]
         still = np.zeros(len(models))
-        self._offset = np.array([still, still, self._zero])
-        self._unit = direction * np.array([current_units, velocity_units, still])
-        self._unit[2] = self._position_unit
+        self._offset = np.array([still, still, zero])
+        self._unit = direction * np.array([current_units, velocity_units, position_units])
         self._rows = {identifier: row for row, identifier in enumerate(self.group.ids)}
         self._pairs = _pairs_of(arm)
         blocks = [STATE_BLOCKS[model.layout] for model in models]
@@ -169,8 +146,7 @@ class JointGroup:
         self._present = self._leaders.only(s for s in arm.leaders if s.id not in missing)
         self._plans = state_plans(self._present)
         self._losses = 0.0
-        self._goals = _goals_of(self._leaders)
-        self._lowest, self._highest = _goal_range(self._leaders)
+        self._goals = GoalPackets(self._leaders, zero, self._unit[2])
         self._whole_state = _whole_state(blocks)
         self._missing = missing
         self._gathered: dict[int, HealthBlock] = {}
@@ -253,9 +229,7 @@ class JointGroup:
 
         A goal that its register cannot hold becomes the nearest that it can.
         """
-        wanted = np.rint(self._zero + command / self._position_unit)
-        ticks = np.minimum(np.maximum(wanted, self._lowest), self._highest).astype(int).tolist()
-        return b"".join([goals.packet(ticks) for goals in self._goals])
+        return self._goals.of(command)
 
     def send(self, command: FloatArray) -> None:
         """Write goals, shape (n,), rad; PortLostError when the port went away."""
@@ -425,29 +399,6 @@ def _pairs_of(arm: ArmDescription) -> list[tuple[int | None, list[int]]]:
         )
         for servo in servos
     ]
-
-
-def _goals_of(leaders: ServoGroup) -> tuple[_Goals, ...]:
-    groups: dict[tuple[int, Register], list[int]] = {}
-    for row, servo in enumerate(leaders.servos):
-        register = leaders.models[servo.id].layout["Goal Position"]
-        groups.setdefault((servo.protocol, register), []).append(row)
-    found = []
-    for (protocol, register), rows in groups.items():
-        share = "B" + _PACKING[register.size, register.coding == "signed"]
-        ids = tuple(leaders.ids[row] for row in rows)
-        packing = struct.Struct("<" + share * len(rows))
-        found.append(_Goals(protocol, register, tuple(rows), ids, packing))
-    return tuple(found)
-
-
-def _goal_range(leaders: ServoGroup) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest goals that the registers can hold, ticks."""
-    registers = [leaders.models[i].layout["Goal Position"] for i in leaders.ids]
-    values = np.array([float(1 << 8 * register.size) for register in registers])
-    signed = np.array([register.coding == "signed" for register in registers])
-    lowest = np.where(signed, -values / 2, 0.0)
-    return lowest, lowest + values - 1.0
 
 
 def _whole_state(blocks: list[StateBlock]) -> struct.Struct | None:
