@@ -16,9 +16,11 @@ from armsyn.editing import (
     SkeletonFigure,
     SolverOptions,
     edit_in_joint_space,
+    load_clips,
 )
 from armsyn.editing.pattern.timing import normalised_poses
 from armsyn.experiments.learned import Progress
+from armsyn.experiments.settings import Settings
 from armsyn.motion.body import BodyMotion
 
 KEY_FRAME, LATENT_PATH, JOINT_PATH = "LPIK key-frame", "LPIK key-trajectory", "PIK key-trajectory"
@@ -78,6 +80,27 @@ def at_frames(clip: BodyMotion, figure: SkeletonFigure, frames: int) -> BodyMoti
         moved,
         clip.source,
     )
+
+
+def made_with(
+    settings: Settings, models: Sequence[MotionModel], frames: int, variance: float, **more: object
+) -> dict[str, object]:
+    """All that the figures of a case depend on, for its JSON; `more` is the case's own."""
+    return {
+        "seed": settings.seed,
+        "frames": frames,
+        "variance": variance,
+        "radians_per_metre": models[0].radians_per_metre,
+        **more,
+        "inputs_sha256": {str(len(model.names)): model.inputs_sha256 for model in models},
+    }
+
+
+def begin(case: str, shown: str, settings: Settings) -> tuple[list[BodyMotion], BodyMotion, int]:
+    """Clips of a case, the one of the pictures, and how often an edit is timed."""
+    clips = load_clips(case)
+    repeats = 1 if settings.budget == "small" else 5
+    return clips, next(clip for clip in clips if clip.source == shown), repeats
 
 
 def compare(

@@ -16,7 +16,6 @@ from armsyn.editing import (
     Pin,
     SkeletonFigure,
     learn_model,
-    load_clips,
 )
 from armsyn.editing.pictures import SIDE
 from armsyn.experiments.edit_tables import (
@@ -26,7 +25,15 @@ from armsyn.experiments.edit_tables import (
     pattern_table,
     slide_verdict,
 )
-from armsyn.experiments.edits import OPTIONS, Method, at_frames, compare, edit_each
+from armsyn.experiments.edits import (
+    OPTIONS,
+    Method,
+    at_frames,
+    begin,
+    compare,
+    edit_each,
+    made_with,
+)
 from armsyn.experiments.golf_ground import (
     CLUB,
     FEET,
@@ -75,9 +82,7 @@ def run(settings: Settings, folder: Path, on_progress: Progress) -> Report:
     CaptureError
         Captures that are not there.
     """
-    clips = load_clips("golf")
-    shown = next(clip for clip in clips if clip.source == SHOWN)
-    repeats = 1 if settings.budget == "small" else 5
+    clips, shown, repeats = begin("golf", SHOWN, settings)
     model = _learned(clips, shown)
     found = _edited(shown, model, repeats)
     swing = _at_frames(shown, model)
@@ -89,13 +94,7 @@ def run(settings: Settings, folder: Path, on_progress: Progress) -> Report:
     return Report(
         "golf",
         "A golf swing on a slope (the second paper's first case)",
-        {
-            "seed": settings.seed,
-            "frames": FRAMES,
-            "variance": VARIANCE,
-            "slope_rad": SLOPE,
-            "inputs_sha256": model.inputs_sha256,
-        },
+        made_with(settings, [model], FRAMES, VARIANCE, slope_rad=SLOPE),
         [
             pattern_table([model], _PAPER),
             *method_tables(f"{SHOWN}, hit {100 * HIGHER[2]:.0f} cm higher", hit, repeats),

@@ -16,7 +16,6 @@ from armsyn.editing import (
     MotionModel,
     SkeletonFigure,
     learn_model,
-    load_clips,
 )
 from armsyn.editing.pictures import SIDE
 from armsyn.experiments.edit_tables import (
@@ -26,7 +25,7 @@ from armsyn.experiments.edit_tables import (
     pattern_table,
     slide_verdict,
 )
-from armsyn.experiments.edits import Method, at_frames, compare, edit_each
+from armsyn.experiments.edits import Method, at_frames, begin, compare, edit_each, made_with
 from armsyn.experiments.learned import Progress
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import Column, Report, Table, Value, centimetres
@@ -70,9 +69,7 @@ def run(settings: Settings, folder: Path, on_progress: Progress) -> Report:
     CaptureError
         Captures that are not there.
     """
-    clips = load_clips("jump")
-    shown = next(clip for clip in clips if clip.source == SHOWN)
-    repeats = 1 if settings.budget == "small" else 5
+    clips, shown, repeats = begin("jump", SHOWN, settings)
     model = _learned(clips, shown)
     found = _edited(shown, model, repeats)
     edited = clips[:2] if settings.budget == "small" else clips
@@ -82,13 +79,7 @@ def run(settings: Settings, folder: Path, on_progress: Progress) -> Report:
     return Report(
         "jump",
         "A higher jump (the second paper's third case)",
-        {
-            "seed": settings.seed,
-            "frames": FRAMES,
-            "variance": VARIANCE,
-            "by_m": list(BY),
-            "inputs_sha256": model.inputs_sha256,
-        },
+        made_with(settings, [model], FRAMES, VARIANCE, by_m=list(BY)),
         [
             pattern_table([model], _PAPER),
             *method_tables(SHOWN, found, repeats),

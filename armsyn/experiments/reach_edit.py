@@ -16,7 +16,6 @@ from armsyn.editing import (
     MotionModel,
     SkeletonFigure,
     learn_model,
-    load_clips,
 )
 from armsyn.editing.pictures import FRONT
 from armsyn.experiments.edit_tables import (
@@ -26,7 +25,7 @@ from armsyn.experiments.edit_tables import (
     pattern_table,
     slide_verdict,
 )
-from armsyn.experiments.edits import Method, at_frames, compare, edit_each
+from armsyn.experiments.edits import Method, at_frames, begin, compare, edit_each, made_with
 from armsyn.experiments.learned import Progress
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import Report
@@ -60,9 +59,7 @@ def run(settings: Settings, folder: Path, on_progress: Progress) -> Report:
     CaptureError
         Captures that are not there.
     """
-    clips = load_clips("garza")
-    shown = next(clip for clip in clips if clip.source == SHOWN)
-    repeats = 1 if settings.budget == "small" else 5
+    clips, shown, repeats = begin("garza", SHOWN, settings)
     others = _others(clips, shown)
     models = [_learned(others, count) for count in (FEW, len(others))]
     found = [_edited(shown, model, repeats) for model in models]
@@ -81,7 +78,7 @@ def run(settings: Settings, folder: Path, on_progress: Progress) -> Report:
     return Report(
         "reach-edit",
         "A reach to a new place (the second paper's second case)",
-        _made_with(settings, models),
+        made_with(settings, models, FRAMES, VARIANCE, by_m=list(BY)),
         tables,
         [draw(found[-1], FRONT, folder, "reach-edit.png")],
         [_WHAT, _LIMITS],
@@ -118,14 +115,3 @@ def _edited(clip: BodyMotion, model: MotionModel, repeats: int) -> list[Method]:
     keys: list[Constraint] = [KeyFrame(HAND, last, by=BY)]
     paths: list[Constraint] = [KeyTrajectory(HAND, (Key(last, BY),), True, ease_in=last)]
     return compare(at_frames(clip, model.figure, FRAMES), model, keys, paths, repeats)
-
-
-def _made_with(settings: Settings, models: Sequence[MotionModel]) -> dict[str, object]:
-    return {
-        "seed": settings.seed,
-        "frames": FRAMES,
-        "variance": VARIANCE,
-        "by_m": list(BY),
-        "radians_per_metre": models[0].radians_per_metre,
-        "inputs_sha256": {str(len(model.names)): model.inputs_sha256 for model in models},
-    }
