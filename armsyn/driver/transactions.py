@@ -21,6 +21,7 @@ PING_SLOT = 3e-3
 
 _PING_SIZE = 3
 _SCAN_MARGIN = 3e-3
+_SCAN_ROUNDS = 2  # one lost or late answer hides no servo
 _FIRST_X_NUMBER = 1000
 
 
@@ -64,7 +65,8 @@ class Bus(ExchangeBus):
     def broadcast_ping(self, protocol: int = 2) -> dict[int, int]:
         """Ask all servos of a protocol; takes the whole window in which they could answer.
 
-        Servos of protocol 1.0 would answer all at once: every ID is asked by itself.
+        Servos of protocol 1.0 would answer all at once: every ID is asked by itself, twice if it
+        keeps silent.
 
         Returns
         -------
@@ -79,13 +81,14 @@ class Bus(ExchangeBus):
         return {i: int.from_bytes(r.parameters[:2], "little") for i, r in found}
 
     def _ping_each(self) -> dict[int, int]:
-        found = {}
-        for servo_id in range(LAST_ID_1 + 1):
-            request = read_request(1, servo_id, 0, 2)
-            replies = self._run(request, b"", _SCAN_MARGIN + 2.0 * self.latency)
-            if replies and replies[servo_id].parameters:
-                found[servo_id] = int.from_bytes(replies[servo_id].parameters, "little")
-        return found
+        found: dict[int, int] = {}
+        for _ in range(_SCAN_ROUNDS):
+            for servo_id in (i for i in range(LAST_ID_1 + 1) if i not in found):
+                request = read_request(1, servo_id, 0, 2)
+                replies = self._run(request, b"", _SCAN_MARGIN + 2.0 * self.latency)
+                if replies and replies[servo_id].parameters:
+                    found[servo_id] = int.from_bytes(replies[servo_id].parameters, "little")
+        return dict(sorted(found.items()))
 
     def read(self, servo_id: int, register: Register, attempts: int = 3) -> int:
         """Value of a register, in its own unit.
