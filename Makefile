@@ -17,12 +17,19 @@ demo: $(VENV)/.run  ## reach for three targets on the simulated human-like arm, 
 	$(BIN)/armsyn reach --target 0.40 0.15 0.02 --park --plot out/reach-3.png
 	@echo "The hand's speed, captured, planned, measured and without synergy: out/reach-[123].png"
 
+# Tests on the clock of the wall want the machine to themselves: two at a time save minutes, so what
+# failed beside another one (or while the machine stood still) is judged once more, alone, and said.
+PYTEST := $(BIN)/python -m pytest -q
+ALONE = { echo "Once more, one at a time, what failed:"; \
+	$(PYTEST) --last-failed --last-failed-no-failures none -m $(1); }
+
 test: $(VENV)/.test  ## what must hold, in ten minutes
-	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "not realtime and not slow"
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "realtime and not slow"
+	$(PYTEST) -n auto --dist loadfile -m "not realtime and not slow"
+	$(PYTEST) -n 2 --dist loadfile -m "realtime and not slow" || $(call ALONE,"realtime and not slow")
 
 test-slow: $(VENV)/.test  ## the rest of what must hold, in some minutes more
-	$(BIN)/python -m pytest -q -m slow
+	$(PYTEST) -m "slow and not realtime"
+	$(PYTEST) -m "slow and realtime" || $(call ALONE,"slow and realtime")
 
 lint: $(VENV)/.test  ## style and types
 	$(BIN)/ruff check .

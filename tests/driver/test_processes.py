@@ -44,10 +44,10 @@ def on_tick(path_time, _duration):
 
 arm = load_arm("human7")
 slow = replace(arm, joint=tuple(replace(j, max_velocity=0.5) for j in arm.joint))
-with ArmSession.open(sys.argv[1], slow, 200.0) as session:
+with ArmSession.open(sys.argv[1], slow, 100.0) as session:
     goal = arm.rest.copy()
     goal[3] += 1.0
-    recording = session.run(straight_way(arm.rest, goal, slow, 200.0), on_tick=on_tick)
+    recording = session.run(straight_way(arm.rest, goal, slow, 100.0), on_tick=on_tick)
     print(recording.ending.name, flush=True)
     print(*arm.calibration.to_ticks(recording.sent_rad[-1]), flush=True)
 """
@@ -96,10 +96,10 @@ def test_a_killed_host_leaves_the_watchdog_to_stop_the_arm(
     assert registers(port, reg.BUS_WATCHDOG) == [reg.WATCHDOG_EXPIRED] * 7
     assert registers(port, reg.TORQUE_ENABLE) == [1] * 7
     with pytest.raises(HardwareFaultError, match="was stopped by its bus watchdog"):
-        ArmSession.open(port, human7, 200.0)
+        ArmSession.open(port, human7, 100.0)
     assert clear_watchdogs(port, human7) == IDS
-    with ArmSession.open(port, human7, 200.0) as session:
-        way = straight_way(session.read_posture(), human7.rest, human7, 200.0)
+    with ArmSession.open(port, human7, 100.0) as session:
+        way = straight_way(session.read_posture(), human7.rest, human7, 100.0)
         assert session.run(way).ending is Ending.COMPLETED
     assert registers(port, reg.TORQUE_ENABLE) == [1] * 7
     assert clear_watchdogs(port, human7) == ()
@@ -142,7 +142,7 @@ def test_two_signals_hold_at_once(port: str) -> None:
 def test_a_second_program_is_refused(port: str, human7: ArmDescription) -> None:
     with moving_host(port) as host:
         with pytest.raises(PortError, match=f"is taken by process {host.pid}"):
-            ArmSession.open(port, human7, 200.0)
+            ArmSession.open(port, human7, 100.0)
         assert said_by(host) == "COMPLETED"  # and the first goes on undisturbed
 
 
@@ -157,17 +157,17 @@ def test_a_port_that_vanishes_in_mid_stream(human7: ArmDescription) -> None:
 
     goal = human7.rest.copy()
     goal[3] += 0.6
-    with ArmSession.open(simulator.port, human7, 200.0) as session:
+    with ArmSession.open(simulator.port, human7, 100.0) as session:
         with pytest.raises(PortLostError, match="was lost while in use"):
-            session.run(straight_way(human7.rest, goal, human7, 200.0), on_tick=on_tick)
+            session.run(straight_way(human7.rest, goal, human7, 100.0), on_tick=on_tick)
         assert session.recording is not None
         assert session.recording.ending is Ending.FAULT
         with pytest.raises(ArmFaultError):
-            session.run(straight_way(human7.rest, goal, human7, 200.0))
+            session.run(straight_way(human7.rest, goal, human7, 100.0))
 
 
 def test_errors_leave_no_lock_behind(human7: ArmDescription) -> None:
     with running("xm430-w350:1", arguments=("--baud", "1000000")) as port:
         for _ in range(2):
             with pytest.raises(ArmFaultError, match="no answer from servo 2"):
-                ArmSession.open(port, human7, 200.0)
+                ArmSession.open(port, human7, 100.0)
