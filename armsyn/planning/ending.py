@@ -1,0 +1,53 @@
+"""Predicted motions led to the exact start and end that were asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.kinematics import SerialChain
+from armsyn.planning.examples import PHASE
+from armsyn.planning.postures import postures_at
+
+FloatArray = NDArray[np.float64]
+
+EASE = PHASE**3 * (10 - 15 * PHASE + 6 * PHASE**2)
+"""Minimum jerk from 0 to 1 (Flash and Hogan 1985)."""
+
+
+def led_to(
+    chain: SerialChain, angles: FloatArray, starts: FloatArray, targets: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Move motions to their starts and targets, as the human floor does with a mean of repeats.
+
+    The offset to the start fades out linearly; the end is led to the target along minimum jerk, by
+    the change of posture that inverse kinematics finds there.
+
+    Parameters
+    ----------
+    chain : SerialChain
+    angles : array, shape (M, PHASES, n)
+        rad or m.
+    starts : array, shape (M, n)
+        First postures.
+    targets : array, shape (M, 3)
+        Where the hand is to end, base frame, m.
+
+    Returns
+    -------
+    angles : array, shape (M, PHASES, n)
+        Starting at `starts` exactly.
+    errors : array, shape (M,)
+        Distance of the hand to the target at the end, m.
+    """
+    begun = angles + (starts - angles[:, 0])[:, None] * (1 - PHASE)[:, None]
+    begun[:, 0] = starts
+    return ended_at(chain, begun, targets)
+
+
+def ended_at(
+    chain: SerialChain, angles: FloatArray, targets: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Move motions to their targets only; see `led_to`."""
+    postures, errors = postures_at(chain, angles[:, -1], targets)
+    return angles + (postures - angles[:, -1])[:, None] * EASE[:, None], errors
