@@ -39,6 +39,7 @@ COMMANDS = {
     "setup": "Give servos the IDs, baud rate and settings that an arm's description asks for.",
     "status": "Show an arm's posture, voltages, temperatures, errors and settings.",
     "stream": "Stream a trajectory or a recording to an arm.",
+    "track": "Follow targets that come as lines of JSON on standard input.",
 }
 """Each command with the first line of its help: `armsyn --help` imports none of them."""
 

@@ -235,7 +235,9 @@ class ArmRun:
         return self._facts[: len(self.arm.leaders)]
 
     def _make_log(self) -> StreamLog:
-        planned = self.trajectory.duration + (self.park.duration if self.park else 0.0)
+        motion = self.trajectory
+        planned = motion.recorded if isinstance(motion, SetpointMotion) else motion.duration
+        planned += self.park.duration if self.park else 0.0
         longest = _SPARE * (planned + LONGEST_PARKING + 3 * LONGEST_CORRECTION)
         return StreamLog(min(int(longest * self.rate_hz) + 1, MOST_ROWS), len(self._leaders))
 

@@ -301,7 +301,12 @@ class ArmSession:
         return self._run(checked, park, on_tick)
 
     def run_setpoint(
-        self, setpoint: Setpoint, longest: float, on_tick: OnTick | None = None
+        self,
+        setpoint: Setpoint,
+        longest: float,
+        on_tick: OnTick | None = None,
+        *,
+        recorded: float | None = None,
     ) -> Recording:
         """Stream what a function says, and leave the arm as the table above says.
 
@@ -318,6 +323,8 @@ class ArmSession:
             Seconds after which the arm comes to rest, unless the function is finished earlier.
         on_tick : callable, optional
             As `run`.
+        recorded : float, optional
+            Seconds for whose record there is to be memory; `longest` where it is not given.
 
         Returns
         -------
@@ -332,9 +339,11 @@ class ArmSession:
         Exception
             As `run`, and what the function raises.
         """
+        recorded = longest if recorded is None else recorded
         check_longest(longest)
+        check_longest(recorded)
         with SetpointThread(setpoint, self.clock) as thread:
-            motion = SetpointMotion(thread, longest)
+            motion = SetpointMotion(thread, longest, recorded)
 
             def checked(posture: FloatArray) -> SetpointMotion:
                 return motion.check(posture, self.arm)

@@ -176,12 +176,15 @@ class SetpointMotion:
         Running.
     duration : float
         Seconds after which it comes to rest, unless it is finished earlier.
+    recorded : float
+        Seconds that are to be recorded.
     first : array, shape (n,), optional
         The setpoint that it starts from, rad; `check` asks for it.
     """
 
     thread: SetpointThread
     duration: float
+    recorded: float
     first: FloatArray | None = None
 
     def course(

@@ -1,0 +1,180 @@
+"""`armsyn track`: follow targets that come while the arm moves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from armsyn.cli.arm_options import DEFAULT_ARM, arm_options, connected
+from armsyn.cli.choices import IKS, MODELS
+from armsyn.cli.operating import consent_option
+
+if TYPE_CHECKING:
+    from armsyn.cli.arm_options import Connection
+    from armsyn.cli.track_report import Teller
+    from armsyn.driver import ArmSession, Recording
+    from armsyn.planning.tracking_plan import LawPlanner
+
+SWITCH_S = 5e-4
+"""Seconds after which the thread that plans gives way to a tick; Python's own are 5 ms, a tick."""
+
+_UNRECORDED_S = 10.0
+"""Seconds that are kept where nobody wants a record."""
+
+
+@click.command()
+@arm_options
+@click.option(
+    "--rate",
+    "rate_hz",
+    type=click.FloatRange(10.0, 2000.0),
+    default=200.0,
+    show_default=True,
+    help="Commands a second.",
+)
+@click.option("--ik", type=IKS, default="svd", show_default=True, help="Optimiser.")
+@click.option("--model", type=MODELS, default="C", show_default=True, help="Synergy model.")
+@click.option(
+    "--slower",
+    type=float,
+    default=1.0,
+    metavar="FACTOR",
+    help="Allow only 1/FACTOR of the arm's speed.",
+)
+@click.option(
+    "--each", is_flag=True, help="Turn to a target only when the hand is at the one before."
+)
+@click.option(
+    "--longest",
+    type=click.FloatRange(1.0, 1e6),
+    default=3600.0,
+    show_default=True,
+    metavar="S",
+    help="Come to rest after so many seconds, whatever is still to come.",
+)
+@click.option("--park", is_flag=True, help="Afterwards go to the rest posture; torque off.")
+@click.option(
+    "--record",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write what was commanded and measured (.npz or .csv), at most an hour at 200 Hz.",
+)
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    metavar="FILE.png",
+    help="Draw targets, hand and its speed.",
+)
+@click.option(
+    "--no-gravity", is_flag=True, help="Let goals not lead against what the arm's weight bends."
+)
+@click.option(
+    "--realtime", is_flag=True, help="Ask the system for real-time scheduling while the arm moves."
+)
+@consent_option
+def track(**options: Any) -> None:
+    r"""Follow targets that come as lines of JSON on standard input.
+
+    \b
+    {"target": [0.42, -0.25, -0.05]}
+    {"target": [0.40, 0.15, 0.02], "t": 0.7, "id": "second"}
+
+    Metres, arm base frame. A new target may come at any moment: the hand turns to it from
+    wherever it is, at the speed that it has. Of targets that have come together the newest counts
+    (--each goes to one after the other); one with "t" waits until so many seconds after the
+    start. A line that is no target, or whose target cannot be reached, is answered by its number
+    on standard error, and the arm goes on to the last good one; without a new one it holds.
+
+    At the end of the input the last motion is finished, and the arm holds; --park puts it to
+    rest and lets go. Ctrl-C decelerates and, if the way is short and checked, goes to the rest
+    posture; a second Ctrl-C holds at once. With --json every event is one line of JSON.
+    """
+    from armsyn.arm import find_file
+    from armsyn.cli.track_report import Teller, check_plot
+    from armsyn.driver import check_recording_path
+    from armsyn.errors import ArmsynError
+    from armsyn.planning.tracking_plan import LawPlanner
+    from armsyn.synergy import load_library
+
+    context = click.get_current_context()
+    if options["record"]:
+        check_recording_path(options["record"])
+    check_plot(options["plot"])
+    name = options["arm_name"] or DEFAULT_ARM
+    library = load_library(find_file(name, ".synergies.json", options["calibration"]))
+    teller = Teller(as_json=options["as_json"])
+    try:
+        with connected(options) as there:
+            arm = there.arm.slowed(_slower(options))
+            planner = LawPlanner(arm, library, options["ik"], options["model"])
+            status = _track(there, planner, teller, options)
+    except ArmsynError as error:
+        if not options["as_json"]:
+            raise
+        teller.fault(error)
+        status = error.exit_status
+    context.exit(status)
+
+
+def _slower(options: dict[str, Any]) -> float:
+    from armsyn.cli.moving import check_slower
+
+    check_slower(options["slower"])
+    return float(options["slower"])
+
+
+def _track(there: Connection, planner: LawPlanner, teller: Teller, options: dict[str, Any]) -> int:
+    """Track, perhaps park, and write what there is to write; returns the exit status."""
+    import sys
+
+    from armsyn.cli.track_report import finish
+    from armsyn.driver import ArmSession, Ending
+    from armsyn.driver.operate_move import park
+
+    planner.prepare()
+    sys.setswitchinterval(SWITCH_S)
+    with ArmSession.open(
+        there.port,
+        planner.arm,
+        options["rate_hz"],
+        simulated=there.simulated,
+        accept_no_watchdog=options["accept_no_watchdog"],
+    ) as session:
+        session.gravity, session.realtime = not options["no_gravity"], options["realtime"]
+        recording = _follow(session, planner, teller, options)
+        ending = recording.ending
+        if options["park"] and ending is Ending.COMPLETED:
+            ending = park(session).ending
+    return finish(recording, ending, planner.arm, teller, options)
+
+
+def _follow(
+    session: ArmSession, planner: LawPlanner, teller: Teller, options: dict[str, Any]
+) -> Recording:
+    """Stream until the input has ended and the last motion with it."""
+    import sys
+
+    from armsyn.cli.stream_report import keep
+    from armsyn.cli.track_feed import TargetFeed
+    from armsyn.cli.track_lines import LineReader
+    from armsyn.driver import still_posture
+    from armsyn.planning.tracking import ReachTracker
+
+    tracker = ReachTracker(planner, still_posture(session))
+    feed = TargetFeed(tracker, LineReader(sys.stdin.fileno()), teller.tell, each=options["each"])
+    tracker.on_end = feed.ended
+    kept = options["longest"] if options["record"] or options["plot"] else _UNRECORDED_S
+    try:
+        with feed:
+            recording = session.run_setpoint(
+                tracker.setpoint, options["longest"], recorded=min(kept, options["longest"])
+            )
+    except BaseException:
+        last = () if session.recording is None else (session.recording,)
+        keep(last, planner.arm, options)
+        raise
+    if feed.error is not None:
+        raise feed.error
+    return recording

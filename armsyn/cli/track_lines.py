@@ -1,0 +1,106 @@
+"""Targets as lines of JSON from a file descriptor, read without ever waiting long for one."""
+
+from __future__ import annotations
+
+import math
+import os
+import select
+from dataclasses import dataclass, field
+
+import msgspec
+
+from armsyn.errors import FormatError
+
+LONGEST_LINE = 10_000
+"""Bytes; what is longer is no target."""
+
+_CHUNK = 65536
+
+
+class TargetLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One target.
+
+    Attributes
+    ----------
+    target : 3-tuple of float
+        Where the hand goes, m, arm base frame.
+    t : float or None
+        When to turn to it, s after tracking began; at once without it.
+    id : str, int, float or None
+        The sender's own; it is given back.
+    """
+
+    target: tuple[float, float, float]
+    t: float | None = None
+    id: str | int | float | None = None
+
+
+class NumberedTarget(msgspec.Struct, frozen=True):
+    """A target with the number of its line, from 1."""
+
+    number: int
+    line: TargetLine
+
+
+def parse_target(text: bytes) -> TargetLine:
+    """Read one line.
+
+    Parameters
+    ----------
+    text : bytes
+
+    Returns
+    -------
+    TargetLine
+
+    Raises
+    ------
+    FormatError
+        It is no target; the message says why.
+    """
+    if len(text) > LONGEST_LINE:
+        raise FormatError(f"longer than {LONGEST_LINE} bytes")
+    try:
+        line = msgspec.json.decode(text, type=TargetLine)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise FormatError(f'{error}; a target is {{"target": [x, y, z]}} in metres') from error
+    if not all(map(math.isfinite, (*line.target, line.t or 0.0))):
+        raise FormatError("target and t must be finite numbers")
+    return line
+
+
+@dataclass
+class LineReader:
+    """Lines of a file descriptor, which may be a pipe, a terminal or a file.
+
+    Parameters
+    ----------
+    descriptor : int
+
+    Attributes
+    ----------
+    ended : bool
+        Whether there is nothing more to come.
+    """
+
+    descriptor: int
+    ended: bool = False
+    _rest: bytes = b""
+    _number: int = field(default=0)
+
+    def read(self, patience: float) -> list[tuple[int, bytes]]:
+        """Wait up to `patience` s for lines: their numbers, from 1, and text; none that are blank.
+
+        Of a line that is too long, only the beginning is kept.
+        """
+        if self.ended or not select.select([self.descriptor], [], [], patience)[0]:
+            return []
+        chunk = os.read(self.descriptor, _CHUNK)
+        self.ended = not chunk
+        *lines, rest = (self._rest + chunk).split(b"\n")
+        self._rest = rest[: LONGEST_LINE + 1]
+        if self.ended and self._rest:
+            lines, self._rest = [*lines, self._rest], b""
+        found = list(enumerate(lines, self._number + 1))
+        self._number += len(lines)
+        return [(number, text.strip()) for number, text in found if text.strip()]

@@ -1,0 +1,348 @@
+"""Following targets that change while the arm moves: the setpoints of a stream.
+
+What the arm measures closes the loop as in a Smith predictor (Smith 1957; Miall et al., *J. Mot.
+Behav.* 25, 1993, of the cerebellum): the hand is judged by the posture commanded plus what the
+arm has been standing off it, a servo's known lag taken off; to judge it by the late measurement
+itself would let a gain of 50 per second oscillate.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armsyn.ik import optimiser_settings
+from armsyn.planning.tracking_law import Law, follow
+from armsyn.planning.tracking_plan import (
+    GUARD,
+    STEP_S,
+    TOLERANCE_M,
+    LawPlanner,
+    PlannedLaw,
+    State,
+)
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+LAG_S = 0.05
+"""By which measured joints trail their commands, s, until it is known better: a first-order lag."""
+
+LAGS_S = (0.01, 0.15)
+"""Lags that are believed, s."""
+
+_BELIEF = 0.1
+"""How much motion, rad2/s, it takes to change one's mind about a lag by half."""
+
+CORRECTION_S = 0.25
+"""Time constant with which it is learned how far the arm stands off its commands, s."""
+
+LARGEST_CORRECTION = 0.1
+"""rad that the arm may stand off its commands and be corrected for."""
+
+LEAD_S = 0.02
+"""How far ahead the first try plans the moment at which the arm turns to a new target, s."""
+
+ARRIVED_M = 1e-3
+"""m between measured hand and target within which the hand has arrived."""
+
+SETTLE_S = 0.1
+"""Seconds that the commanded hand is at its target before the measured one is looked at."""
+
+PATIENCE_S = 1.5
+"""Seconds after that in which the measured hand may still be brought nearer."""
+
+_TRIES = 4
+
+
+class Measured(Protocol):
+    """What the joints answered last; `armsyn.driver.joints.JointState` is one."""
+
+    @property
+    def position(self) -> FloatArray:
+        """rad, shape (n,)."""
+
+    @property
+    def fresh(self) -> BoolArray:
+        """Which of them answered, shape (n,)."""
+
+
+@dataclass(frozen=True)
+class Aim:
+    """A target that the arm turns to.
+
+    Parameters
+    ----------
+    target : array, shape (3,)
+        m, base frame.
+    planned : PlannedLaw
+    begin : float
+        When, s of the stream.
+    tag : object
+        The caller's.
+    """
+
+    target: FloatArray
+    planned: PlannedLaw
+    begin: float
+    tag: Any = None
+
+
+class Arrival(NamedTuple):
+    """The end of following a target.
+
+    Attributes
+    ----------
+    aim : Aim
+    time : float
+        s of the stream.
+    error : float
+        m from the measured hand to the target.
+    arrived : bool
+        False where another target came first.
+    """
+
+    aim: Aim
+    time: float
+    error: float
+    arrived: bool
+
+
+@dataclass
+class _Following:
+    """What is being followed.
+
+    Attributes
+    ----------
+    aim : Aim
+    law : Law
+        As it began.
+    since : float
+        s of the stream.
+    near_for : float
+        Seconds that the commanded hand has been at its target.
+    settled : bool
+    """
+
+    aim: Aim
+    law: Law
+    since: float
+    near_for: float = 0.0
+    settled: bool = False
+
+
+class _Moment(NamedTuple):
+    """What planning starts from; never written to."""
+
+    t: float
+    state: State
+    following: _Following | None
+
+
+def _nobody(_: Arrival) -> None:
+    return
+
+
+@dataclass
+class ReachTracker:
+    """Reaches for targets one after the other, each from wherever the last one has come to.
+
+    `setpoint` belongs to the stream, `aim` to one other thread (or the same).
+
+    Parameters
+    ----------
+    planner : LawPlanner
+    start : array, shape (n,)
+        Posture of the arm, at rest, rad.
+    on_end : callable
+        Called in the stream with each `Arrival`; must return at once.
+    """
+
+    planner: LawPlanner
+    start: FloatArray
+    on_end: Callable[[Arrival], None] = _nobody
+    _moment: _Moment = field(init=False)
+    _next: Aim | None = field(init=False, default=None)
+    _finishing: bool = field(init=False, default=False)
+
+    def __post_init__(self) -> None:
+        chain = self.planner.arm.chain
+        self._state = State.at_rest(np.clip(self.start, chain.lower, chain.upper))
+        self._moment = _Moment(0.0, self._state.copy(), None)
+        self._settings = optimiser_settings(self.planner.ik)
+        self._bounds = self.planner.bounds(GUARD)
+        self._expected = self._state.moving.q.copy()
+        self._trailed = np.full((2, self.start.size), _BELIEF) * [[LAG_S], [1.0]]
+        self._no_path = np.empty((0, self.start.size))
+        self._lock = threading.Lock()
+
+    @property
+    def now(self) -> float:
+        """Time of the stream, s."""
+        return self._moment.t
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether there is no target left to arrive at."""
+        following = self._moment.following
+        return self._next is None and (following is None or following.settled)
+
+    def finish(self) -> None:
+        """Let the stream end once the last target is reached."""
+        self._finishing = True
+
+    def aim(self, target: ArrayLike, at: float = 0.0, tag: Any = None) -> Aim:
+        """Turn to a target, from where the arm will be then; the last target that stands wins.
+
+        Parameters
+        ----------
+        target : array_like, shape (3,)
+            m, base frame.
+        at : float
+            When to turn to it, s of the stream; as soon as it is planned where that is over.
+        tag : object
+            Kept in the `Aim`.
+
+        Returns
+        -------
+        Aim
+
+        Raises
+        ------
+        InputError, UnreachableError, CollisionError
+            As `LawPlanner.plan`; the arm goes on to the target that it had.
+        """
+        lead = LEAD_S
+        for left in reversed(range(_TRIES)):
+            moment = self._moment
+            begin = max(at, moment.t + lead)
+            planned = self.planner.plan(self._ahead(moment, begin), target)
+            aim = Aim(planned.law.target, planned, begin, tag)
+            with self._lock:
+                unchanged = self._moment.following is moment.following
+                if (unchanged and self._moment.t < begin) or not left:
+                    self._next = aim
+                    return aim
+            lead *= 2.0  # planning took longer than that, or the arm has turned meanwhile
+        raise AssertionError("unreachable")
+
+    def _ahead(self, moment: _Moment, begin: float) -> State:
+        """State in which the arm will be if nothing happens until then."""
+        state, following = moment.state.copy(), moment.following
+        if following is not None:
+            self._advance(state, following, moment.t, begin - moment.t)
+        return state
+
+    def _advance(self, state: State, following: _Following, t: float, span: float) -> float:
+        """Let `span` seconds pass; returns the hand's distance from its target, m."""
+        steps = max(1, int(np.ceil(span / STEP_S - 1e-6)))
+        _, distance, _ = follow(
+            self.planner.arm.chain.arrays,
+            self._settings,
+            following.law,
+            self._bounds,
+            state.correction,
+            state.moving,
+            t - following.since,
+            span / steps,
+            steps,
+            -1.0,
+            True,
+            self._no_path,
+        )
+        return distance
+
+    def setpoint(self, t: float, state: Measured) -> FloatArray | None:
+        """Posture for a time of the stream, from what the joints measured last.
+
+        Parameters
+        ----------
+        t : float
+            s; goes on from call to call.
+        state : Measured
+
+        Returns
+        -------
+        array, shape (n,), or None
+            rad; None once `finish` was called and the last target is reached.
+        """
+        before = self._moment
+        span = t - before.t
+        if span <= 0.0:
+            return self._state.moving.q.copy()
+        following = self._turned(before)
+        if following is None:
+            if self._finishing and self._next is None:
+                return None
+        else:
+            if following.settled and self._finishing and self._next is None:
+                return None
+            self._learn(state, span, following)
+            distance = self._advance(self._state, following, before.t, span)
+            self._look(following, state, t, span, distance)
+        self._moment = _Moment(t, self._state.copy(), following)
+        return self._state.moving.q.copy()
+
+    def _turned(self, before: _Moment) -> _Following | None:
+        """Turn to the next target if it is time to."""
+        following = before.following
+        with self._lock:
+            aim = self._next
+            if aim is None or aim.begin > before.t + 1e-9:
+                return following
+            self._next = None
+            law = aim.planned.law
+            if self._state.moving.v.any() or self._state.moving.a.any():
+                law = self.planner.begun(law, self._state)
+            turned = _Following(aim, law, before.t)
+            self._moment = before._replace(following=turned)
+        if following is not None and not following.settled:
+            self._end(following, before.t, arrived=False)
+        return turned
+
+    def _learn(self, state: Measured, span: float, following: _Following) -> None:
+        """Learn how far the arm stands off its commands."""
+        lag = np.clip(self._trailed[0] / self._trailed[1], *LAGS_S)
+        known = state.fresh & np.isfinite(state.position)
+        gap = np.where(known, self._state.moving.q - state.position, 0.0)
+        behind = self._state.moving.q - self._expected
+        speed = behind / lag
+        self._expected += behind * (1.0 - np.exp(-span / lag))
+        self._trailed += span * np.array([gap * speed, speed * speed]) * known
+        if following.settled:
+            return
+        correction = self._state.correction
+        off = np.where(known, state.position - self._expected, correction)
+        correction += min(span / CORRECTION_S, 1.0) * (off - correction)
+        np.clip(correction, -LARGEST_CORRECTION, LARGEST_CORRECTION, out=correction)
+
+    def _look(
+        self, following: _Following, state: Measured, t: float, span: float, distance: float
+    ) -> None:
+        """See whether the hand has arrived."""
+        if following.settled:
+            return
+        slow = 0.1 * np.abs(self._state.moving.v).max() <= TOLERANCE_M
+        following.near_for = following.near_for + span if slow and distance <= ARRIVED_M else 0.0
+        if following.near_for < SETTLE_S:
+            return
+        error = self._error(following.aim, state.position)
+        if error <= ARRIVED_M or following.near_for >= PATIENCE_S:
+            following.settled = True
+            self._end(following, t, arrived=True, error=error)
+
+    def _error(self, aim: Aim, posture: FloatArray) -> float:
+        hand = self.planner.arm.chain.forward(posture).tip
+        return float(np.linalg.norm(hand - aim.target))
+
+    def _end(
+        self, following: _Following, t: float, *, arrived: bool, error: float | None = None
+    ) -> None:
+        if error is None:
+            error = self._error(following.aim, self._state.moving.q + self._state.correction)
+        self.on_end(Arrival(following.aim, t, error, arrived))
