@@ -74,14 +74,22 @@ def learn_linear(examples: Examples) -> LinearPredictor:
     CaptureError
         Too few of them, or all in one plane.
     """
-    if examples.size < FEWEST:
-        raise CaptureError(f"{examples.size} captured reaches: learning needs {FEWEST} at least")
+    check_enough(examples)
     hull = Hull.of(examples.targets)
     X = with_one(examples.targets)
-    motions = np.linalg.lstsq(X, examples.angles.reshape(examples.size, -1), rcond=None)[0]
-    times = np.linalg.lstsq(X, examples.durations, rcond=None)[0]
+    inverse: FloatArray = np.linalg.pinv(X)
+    motions, times = (
+        inverse @ examples.angles.reshape(examples.size, -1),
+        inverse @ examples.durations,
+    )
     shortest, longest = float(examples.durations.min()), float(examples.durations.max())
     return LinearPredictor(examples.chain, motions, times, shortest, longest, hull)
+
+
+def check_enough(examples: Examples) -> None:
+    """Raise CaptureError when there are too few reaches to learn from."""
+    if examples.size < FEWEST:
+        raise CaptureError(f"{examples.size} captured reaches: learning needs {FEWEST} at least")
 
 
 def with_one(features: FloatArray) -> FloatArray:

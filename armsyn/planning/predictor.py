@@ -7,11 +7,13 @@ from typing import Any
 
 from armsyn.errors import InputError
 from armsyn.planning.examples import Examples
+from armsyn.planning.latent import learn_latent
 from armsyn.planning.linear import learn_linear
 from armsyn.planning.prediction import Predicted, Predictor, checked_reaches
 
 PREDICTORS: Mapping[str, Callable[..., Predictor]] = {
     "linear": learn_linear,
+    "latent": learn_latent,
 }
 """Each learns from `Examples` and its own options."""
 

@@ -1,0 +1,169 @@
+"""Whole motions in their latent space: from the target, then on to the exact start and end.
+
+What a target says about a motion is learned by a Gaussian process; what repeats do beside that is
+a Gaussian around it. Given the start posture and the target, the likeliest motion is found in the
+principal components of that spread by damped steps (latent inverse kinematics: Carvalho, Boulic and
+Thalmann, 4.2): the corrections are shared between joints and over time as people's own deviations
+are. What the damping leaves is closed as `armsyn.planning.ending` does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.kinematics import SerialChain
+from armsyn.planning.ending import led_to
+from armsyn.planning.examples import PHASES, Examples
+from armsyn.planning.features import Kernel, Regression, regression
+from armsyn.planning.hull import Hull
+from armsyn.planning.linear import check_enough
+from armsyn.planning.movement_time import MovementTime, learn_movement_time
+from armsyn.planning.postures import jacobians, tips
+from armsyn.planning.prediction import Predicted, checked_reaches
+
+FloatArray = NDArray[np.float64]
+
+KERNEL = Kernel(linear=0.1)
+DAMPING = 1.0
+VARIANCE = 0.999
+"""Share of the motions' variance that their principal components keep."""
+MOST_SIGMA = 4.0
+"""Norm of the deviation, in standard deviations of people's own: a start or target that asks for
+more is none that they would vary to, and the rest of the way is not theirs."""
+_STEPS = 4
+
+
+@dataclass(frozen=True)
+class LatentPredictor:
+    """Predicts the likeliest motion through the start and to the target.
+
+    Parameters
+    ----------
+    chain : SerialChain
+    fit : Regression
+        Of coefficients, shape (m,), on the target.
+    components : array, shape (m, PHASES * n)
+        Principal components of the motions, rad a unit.
+    mean : array, shape (PHASES * n,)
+        Mean motion, rad.
+    deviations : array, shape (k, PHASES * n)
+        Principal components of what the fit leaves, each one standard deviation long, rad.
+    damping : array, shape (n + 3,)
+        Standard deviations to which start posture (rad) and end (m) are met by deviating.
+    time : MovementTime
+    hull : Hull
+        Of the captured targets.
+    """
+
+    chain: SerialChain
+    fit: Regression
+    components: FloatArray
+    mean: FloatArray
+    deviations: FloatArray
+    damping: FloatArray
+    time: MovementTime
+    hull: Hull
+
+    name: ClassVar[str] = "latent"
+
+    def predict(self, starts: FloatArray, targets: FloatArray) -> Predicted:
+        """Predict M reaches; see `armsyn.planning.prediction.Predictor`."""
+        first, goals = checked_reaches(self.chain, starts, targets)
+        coefficients = self.fit(goals)
+        deviation = self._deviation(coefficients, first, goals)
+        free = self.mean + np.concatenate([coefficients, deviation], axis=1) @ self._basis
+        free = free.reshape(len(goals), PHASES, self.chain.dof)
+        angles, errors = led_to(self.chain, free, first, goals)
+        durations = self.time(self.chain, first, goals)
+        return Predicted(angles, durations, self.hull.outside(goals), errors)
+
+    @property
+    def _basis(self) -> FloatArray:
+        return np.concatenate([self.components, self.deviations])
+
+    def _deviation(
+        self, coefficients: FloatArray, starts: FloatArray, goals: FloatArray
+    ) -> FloatArray:
+        """The likeliest deviations, shape (M, k), given starts and goals, in standard ones."""
+        n, k = self.chain.dof, len(self.deviations)
+        begin, end = self.mean[:n], self.mean[-n:]
+        begins = begin + coefficients @ self.components[:, :n]
+        ends = end + coefficients @ self.components[:, -n:]
+        last = self.deviations[:, -n:]
+        x = np.zeros((len(goals), k))
+        C = np.empty((len(goals), n + 3, k))
+        C[:, :n] = self.deviations[:, :n].T
+        wanted = np.empty((len(goals), n + 3))
+        wanted[:, :n] = starts - begins
+        for _ in range(_STEPS):
+            here = ends + x @ last
+            C[:, n:] = jacobians(self.chain, here) @ last.T
+            along = np.einsum("mik,mk->mi", C[:, n:], x)
+            wanted[:, n:] = goals - tips(self.chain, here) + along
+            B = C @ C.transpose(0, 2, 1) + np.diag(self.damping**2)
+            x = np.einsum("mik,mi->mk", C, np.linalg.solve(B, wanted[..., None])[..., 0])
+            length = np.linalg.norm(x, axis=1, keepdims=True)
+            x *= np.minimum(1.0, MOST_SIGMA / np.maximum(length, MOST_SIGMA))
+        return x
+
+
+def learn_latent(
+    examples: Examples, *, kernel: Kernel = KERNEL, damping: float = DAMPING
+) -> LatentPredictor:
+    """Learn the map from targets to motions and the spread around it.
+
+    Parameters
+    ----------
+    examples : Examples
+        Eight at least, to targets that are not all in one plane.
+    kernel : Kernel
+        Of the map.
+    damping : float
+        Of the deviation that meets the start posture and the end, as a share of the examples' own
+        deviations there; 0 would meet them by the pattern alone, however unlikely.
+
+    Returns
+    -------
+    LatentPredictor
+
+    Raises
+    ------
+    CaptureError
+        Too few of them, or all in one plane.
+    """
+    check_enough(examples)
+    motions = examples.angles.reshape(examples.size, -1)
+    mean = motions.mean(axis=0)
+    components = _principal(motions - mean)
+    components /= np.linalg.norm(components, axis=1, keepdims=True)
+    fit = regression(examples.targets, (motions - mean) @ components.T, kernel)
+    deviations = _principal(motions - mean - fit(examples.targets) @ components)
+    n = examples.chain.dof
+    spread = np.concatenate(
+        [
+            np.full(n, np.sqrt((deviations[:, :n] ** 2).sum(axis=0).mean())),
+            np.full(3, 0.5 * np.sqrt((deviations[:, -n:] ** 2).sum(axis=0).mean())),
+        ]
+    )
+    return LatentPredictor(
+        examples.chain,
+        fit,
+        components,
+        mean,
+        deviations,
+        damping * spread,
+        learn_movement_time(examples),
+        Hull.of(examples.targets),
+    )
+
+
+def _principal(X: FloatArray) -> FloatArray:
+    """Return the principal directions of rows, each as long as their standard deviation along it."""
+    _, singular, E = np.linalg.svd(X, full_matrices=False)
+    shares = np.cumsum(singular**2) / np.sum(singular**2)
+    kept = int(np.searchsorted(shares, VARIANCE)) + 1
+    return singular[:kept, None] / np.sqrt(len(X)) * E[:kept]
