@@ -157,7 +157,7 @@ def test_convert_says_which_markers_a_skeleton_leaves_out(files: Path) -> None:
         (("convert", "a.bvh", "b.bvh", "--resample", "9"), "written as it is"),
         (("convert", "a.bvh", "b.bvh", "--fill-gaps", "0"), "written as it is"),
         (("convert", "a.bvh", "b.csv", "--body"), "no skeleton is written as this"),
-        (("convert", "a.bvh", "b.c3d"), "use one of .csv, .npz, .trc"),
+        (("convert", "a.bvh", "b.c3d"), "use one of .csv, .lerobot, .mcap, .npz, "),
         (("convert", "a.bvh", "absent/b.csv"), "cannot write it"),
         (("convert", "a.bvh", "b.csv", "--landmarks", "hips,tail"), "no landmark 'tail'"),
         (("convert", "a.bvh", "b.csv", "--landmarks", "hips,hips"), "not unique"),

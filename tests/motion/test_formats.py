@@ -154,12 +154,15 @@ def test_missing_files_folders_and_devices_are_refused(suffix: str, tmp_path: Pa
 
 
 def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:
-    known = r"\.amc, \.bvh, \.c3d, \.csv, \.mat, \.npz, \.trc"
-    with pytest.raises(FormatError, match=known):
+    known = r"\.amc, \.bvh, \.c3d, \.csv, \.mat, \.npz, \.parquet, \.trc"
+    with pytest.raises(FormatError, match=rf"no motion format has the suffix '\.xlsx'.*{known}"):
         read_motion(tmp_path / "motion.xlsx")
-    with pytest.raises(FormatError, match=known):
+    with pytest.raises(FormatError, match=rf"only written, not read: use one of {known}"):
+        read_motion(tmp_path / "motion.mcap")
+    written = r"use one of \.csv, \.lerobot, \.mcap, \.npz, \.parquet, \.trc"
+    with pytest.raises(FormatError, match=rf"no motion format has the suffix ''.*{written}"):
         write_motion(tmp_path / "motion", small_motion())
-    with pytest.raises(FormatError, match=r"use one of \.csv, \.npz, \.trc"):
+    with pytest.raises(FormatError, match=rf"no landmarks or angles.*{written}"):
         write_motion(tmp_path / "motion.bvh", small_motion())
 
 

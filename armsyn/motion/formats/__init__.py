@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from armsyn.errors import FormatError
 from armsyn.motion.body import BodyMotion
@@ -20,17 +20,23 @@ from armsyn.motion.formats import (
     c3d_format,
     csv_format,
     delimited,
+    lerobot_format,
     mat,
+    mcap_format,
     npz_bodies,
     npz_format,
+    parquet_format,
     trc,
 )
 from armsyn.motion.formats.archive import opened
+from armsyn.motion.formats.episodes import Episode, Episodes
 from armsyn.motion.formats.options import Reading, ReadOptions
 from armsyn.motion.motion import Motion
 
 __all__ = [
+    "EXPORTS",
     "FORMATS",
+    "Episode",
     "Format",
     "ReadOptions",
     "Reading",
@@ -40,6 +46,7 @@ __all__ = [
     "split_take",
     "takes_in",
     "write_body",
+    "write_episodes",
     "write_motion",
 ]
 
@@ -94,11 +101,23 @@ FORMATS: dict[str, Format] = {
         write_body=npz_bodies.write,
         takes=npz_bodies.takes,
     ),
+    ".parquet": Format(
+        *("parquet table", parquet_format.read),
+        write=parquet_format.write,
+        takes=parquet_format.takes,
+    ),
     ".trc": Format("TRC", trc.read, _EDGE, write=trc.write),
     ".tsv": Format("delimited text", delimited.read, _TABLE),
     ".txt": Format("delimited text", delimited.read, _TABLE),
 }
 """By suffix, lower case."""
+
+EXPORTS: dict[str, Callable[..., None]] = {
+    ".lerobot": lerobot_format.write,
+    ".mcap": mcap_format.write,
+    ".parquet": parquet_format.write,
+}
+"""What writes many motions of an arm as the episodes of one file, or folder, by suffix."""
 
 
 def read_file(path: Path | str, options: ReadOptions | None = None) -> Reading:
@@ -232,11 +251,45 @@ def write_motion(path: Path | str, motion: Motion) -> None:
     InputError
         When the file cannot be written.
     """
-    write = _format_of(Path(path)).write
-    if write is None:
-        known = ", ".join(suffix for suffix, kind in FORMATS.items() if kind.write)
-        raise FormatError(f"{path}: no landmarks or angles are written as this: use one of {known}")
-    write(Path(path), motion)
+    path = Path(path)
+    suffix = path.suffix.lower()
+    written = EXPORTS | {end: kind.write for end, kind in FORMATS.items() if kind.write}
+    if suffix not in written:
+        why = "no landmarks or angles are written as this"
+        if suffix not in FORMATS:
+            why = f"no motion format has the suffix '{path.suffix}'"
+        raise FormatError(f"{path}: {why}: use one of {', '.join(sorted(written))}")
+    written[suffix](path, motion)
+
+
+def write_episodes(path: Path | str, episodes: Episodes, **options: Any) -> None:
+    """Write motions of an arm as the episodes of one file; it appears whole or not at all.
+
+    Parameters
+    ----------
+    path : Path or str
+        Of a suffix in `EXPORTS`; ``.lerobot`` is a folder, which must not exist.
+    episodes : Motion, Episode, or an iterable of them
+        All of the same joints and landmarks. They are taken one by one and not kept.
+    options
+        Those of the format's own writer, such as ``units`` of
+        `armsyn.motion.formats.lerobot_format.write`.
+
+    Raises
+    ------
+    FormatError
+        When the suffix is none of these, a package is missing, there is no motion, or one cannot be
+        said in the format.
+    InputError
+        When it cannot be written.
+    """
+    try:
+        write = EXPORTS[Path(path).suffix.lower()]
+    except KeyError:
+        raise FormatError(
+            f"{path}: not a file of several motions: use one of {', '.join(EXPORTS)}"
+        ) from None
+    write(Path(path), episodes, **options)
 
 
 def write_body(path: Path | str, body: BodyMotion) -> None:
@@ -267,6 +320,10 @@ def _format_of(path: Path) -> Format:
         return FORMATS[path.suffix.lower()]
     except KeyError:
         known = ", ".join(FORMATS)
+        if path.suffix.lower() in EXPORTS:
+            raise FormatError(
+                f"{path}: this is only written, not read: use one of {known}"
+            ) from None
         raise FormatError(
             f"{path}: no motion format has the suffix '{path.suffix}': use one of {known}"
         ) from None

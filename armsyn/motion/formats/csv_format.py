@@ -49,7 +49,7 @@ MOST_COLUMNS = 1_000
 AXES = ("x_m", "y_m", "z_m")
 
 
-class _Columns(NamedTuple):
+class Columns(NamedTuple):
     """Where the parts of a motion stand in a row."""
 
     width: int
@@ -102,7 +102,7 @@ def _parse(file: TextIO, path: Path) -> Motion:
     if remarks.get("schema", SCHEMA) != SCHEMA:
         raise FormatError(f"{path}: schema '{remarks['schema']}', expected '{SCHEMA}'")
     reader = csv.reader(chain([first], file), strict=True)
-    columns = _find_columns(next(reader, []), path)
+    columns = find_columns(next(reader, []), path)
     rows = _read_rows(reader, columns, int(remarks["lines"]), path)
     if remarks.get("frames", str(len(rows))) != str(len(rows)):
         raise FormatError(
@@ -126,7 +126,14 @@ def _read_remarks(file: TextIO) -> tuple[dict[str, str], str]:
     return remarks, line
 
 
-def _find_columns(header: list[str], path: Path) -> _Columns:
+def find_columns(header: list[str], path: Path) -> Columns:
+    """Find the parts of a motion among the names of columns; others are ignored.
+
+    Raises
+    ------
+    FormatError
+        When there are too many, two of one name, or none of a motion's parts.
+    """
     if len(header) > MOST_COLUMNS:
         raise FormatError(f"{path}: {len(header)} columns, more than {MOST_COLUMNS}")
     places: dict[str, int] = {}
@@ -146,11 +153,11 @@ def _find_columns(header: list[str], path: Path) -> _Columns:
     if not joints and not landmarks:
         raise FormatError(f"{path}: no column 'NAME:angle_rad' and none 'NAME:x_m'")
     filled = {name: places[f"{name}:filled"] for name in landmarks if f"{name}:filled" in places}
-    return _Columns(len(header), places["time_s"], joints, landmarks, filled)
+    return Columns(len(header), places["time_s"], joints, landmarks, filled)
 
 
 def _read_rows(
-    reader: Iterator[list[str]], columns: _Columns, lines_before: int, path: Path
+    reader: Iterator[list[str]], columns: Columns, lines_before: int, path: Path
 ) -> FloatArray:
     """Return time, angles, marks and coordinates of every row, shape (frames, numbers)."""
     must = [columns.time, *columns.joints.values(), *columns.filled.values()]
@@ -189,7 +196,7 @@ def _number_or_gap(cell: str) -> float:
     return math.nan if cell.strip().lower() in {"", "nan"} else _number(cell)
 
 
-def _assemble(rows: FloatArray, columns: _Columns, source: str, path: Path) -> Motion:
+def _assemble(rows: FloatArray, columns: Columns, source: str, path: Path) -> Motion:
     joints, landmarks = tuple(columns.joints), tuple(columns.landmarks)
     end = 1 + len(joints)
     filled = np.zeros((len(rows), len(landmarks)), dtype=np.bool_)

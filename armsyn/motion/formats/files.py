@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -69,9 +70,7 @@ def replacing(path: Path) -> Iterator[Path]:
         os.close(descriptor)
         temporary = Path(name)
         # mkstemp keeps others out; a result file is as readable as any the user makes.
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
+        temporary.chmod(0o666 & ~_umask())
         yield temporary
         temporary.replace(path)
     except OSError as error:
@@ -79,3 +78,66 @@ def replacing(path: Path) -> Iterator[Path]:
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def folder_beside(path: Path) -> Iterator[Path]:
+    """Yield a temporary folder beside `path`, which is removed with what is left in it.
+
+    Parameters
+    ----------
+    path : Path
+        What is being written; its folder must exist.
+
+    Yields
+    ------
+    Path
+        An empty folder on the same file system, from which a result can be renamed to `path`.
+
+    Raises
+    ------
+    InputError
+        When something cannot be written in the block.
+    """
+    temporary: Path | None = None
+    try:
+        temporary = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
+        temporary.chmod(0o777 & ~_umask())
+        yield temporary
+    except OSError as error:
+        raise InputError(f"{path}: cannot write it: {error.strerror or error}") from error
+    finally:
+        if temporary is not None:
+            shutil.rmtree(temporary, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def new_folder(path: Path) -> Iterator[Path]:
+    """Yield a temporary folder beside `path` that becomes it when the block ends well.
+
+    Parameters
+    ----------
+    path : Path
+        The folder to make; it must not exist, or be empty.
+
+    Yields
+    ------
+    Path
+        The folder to write in. When the block raises, it is removed with all that is in it.
+
+    Raises
+    ------
+    InputError
+        When there is something at `path` already, or it cannot be written.
+    """
+    if path.exists() and not (path.is_dir() and not any(path.iterdir())):
+        raise InputError(f"{path}: is there already: name a new folder, or remove it")
+    with folder_beside(path) as temporary:
+        yield temporary
+        temporary.replace(path)
+
+
+def _umask() -> int:
+    umask = os.umask(0)
+    os.umask(umask)
+    return umask

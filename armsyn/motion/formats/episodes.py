@@ -1,0 +1,150 @@
+"""Motions of an arm as other programs' files hold them: one episode after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from armsyn.errors import FormatError
+from armsyn.motion.motion import FloatArray, Motion
+
+Kind = Literal["planned", "recorded", "observed", "motion"]
+KINDS: dict[Kind, str] = {
+    "planned": "the plan: nothing was driven or measured",
+    "recorded": "the commanded posture",
+    "observed": "the measured posture: the arm was only observed",
+    "motion": "the motion itself: nothing was commanded",
+}
+"""What an episode is, each with what it gives for the action (what the arm was told)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """One motion with where it comes from.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of a recording, what was measured.
+    kind : {"planned", "recorded", "observed", "motion"}
+        A plan; a recording of an arm that was driven; of one that was only observed; any other
+        motion, such as a captured one.
+    task : str
+        What the motion does, in words.
+    commanded : array, shape (frames, joints) or None
+        What the joints were told, rad or m; for `recorded` only. NaN where they were told nothing.
+    velocity : array, shape (frames, joints) or None
+        As measured, rad/s or m/s.
+    facts : mapping of str to str
+        More of where it comes from, such as ``arm``, ``port``, ``seed``.
+
+    Raises
+    ------
+    FormatError
+        When the kind is unknown, or the arrays do not fit the motion's angles.
+    """
+
+    motion: Motion
+    kind: Kind = "motion"
+    task: str = ""
+    commanded: FloatArray | None = None
+    velocity: FloatArray | None = None
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        source = self.motion.source or "motion"
+        if self.kind not in KINDS:
+            raise FormatError(f"{source}: kind '{self.kind}': give one of {', '.join(KINDS)}")
+        if (self.commanded is not None) != (self.kind == "recorded"):
+            raise FormatError(
+                f"{source}: what was commanded goes with kind 'recorded', and with it only"
+            )
+        shape = (self.motion.frames, len(self.motion.joint_names))
+        for part in ("commanded", "velocity"):
+            values = getattr(self, part)
+            if values is not None and np.shape(values) != shape:
+                raise FormatError(
+                    f"{source}: {part} has shape {np.shape(values)}, expected {shape}"
+                )
+
+    @property
+    def state(self) -> FloatArray:
+        """Joint angles of the motion, shape (frames, joints), rad or m.
+
+        Raises
+        ------
+        FormatError
+            When it has none, or some are not known.
+        """
+        angles = self.motion.angles
+        source = self.motion.source or "motion"
+        if angles is None:
+            raise FormatError(
+                f"{source}: no joint angles in it, only landmarks: armsyn motion retarget --angles"
+                " fits those of an arm"
+            )
+        if not np.isfinite(angles).all():
+            joint = self.motion.joint_names[int(np.argwhere(~np.isfinite(angles))[0, 1])]
+            raise FormatError(f"{source}: angles of '{joint[:40]}' are not all known")
+        return angles
+
+    @property
+    def action(self) -> FloatArray:
+        """What the joints were told, shape (frames, joints), rad or m; see `KINDS`.
+
+        Where a recorded joint was told nothing, its measured angle.
+        """
+        if self.commanded is None:
+            return self.state
+        return np.where(np.isnan(self.commanded), self.state, self.commanded)
+
+    def description(self) -> dict[str, str]:
+        """Return what it is in words, for a file's metadata."""
+        said = {"kind": self.kind, "action": KINDS[self.kind], "source": self.motion.source}
+        return said | {"task": self.task} | dict(self.facts)
+
+
+Episodes = Motion | Episode | Iterable[Motion | Episode]
+"""One, or many that are taken one by one."""
+
+
+def episodes_of(given: Episodes, path: Path) -> Iterator[Episode]:
+    """Give episodes one by one.
+
+    Parameters
+    ----------
+    given : Motion, Episode, or an iterable of them
+    path : Path
+        Of the file they are for, for messages.
+
+    Yields
+    ------
+    Episode
+        One at least; all with the same joints and landmarks, in the same order.
+
+    Raises
+    ------
+    FormatError
+        When there is none, or one has other joints or landmarks than the first.
+    """
+    several = [given] if isinstance(given, Motion | Episode) else given
+    first: Motion | None = None
+    for number, one in enumerate(several):
+        episode = Episode(one) if isinstance(one, Motion) else one
+        motion = episode.motion
+        first = first or motion
+        for part in ("joint_names", "landmark_names"):
+            names, expected = getattr(motion, part), getattr(first, part)
+            if names != expected:
+                what = part.removesuffix("_names")
+                raise FormatError(
+                    f"{path}: episode {number} ({motion.source or 'motion'}) has the {what}s"
+                    f" {', '.join(names) or 'none'}; the first has {', '.join(expected) or 'none'}"
+                )
+        yield episode
+    if first is None:
+        raise FormatError(f"{path}: no motion to write")
