@@ -87,6 +87,11 @@ class Solids:
         return found
 
     @property
+    def arrays(self) -> distance.ShapeArrays:
+        """The shapes and pairs as kernels see them."""
+        return self._shapes
+
+    @property
     def pairs(self) -> IntArray:
         """What each of `names` is of, shape (k, 3): its kind and two rows.
 

@@ -1,0 +1,118 @@
+"""Many reaches judged as `armsyn.safety.check_trajectory` judges one, compiled."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.kernels import reaches
+from armsyn.planning.generation.pacing import Paced
+from armsyn.safety import Clearances, collision, limits, trajectory
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+RATES = {
+    reaches.SPEED: ("speed", "rad/s"),
+    reaches.ACCELERATION: ("acceleration", "rad/s2"),
+    reaches.JERK: ("jerk", "rad/s3"),
+}
+
+
+class Verdicts(NamedTuple):
+    """What is to be said against each reach.
+
+    Attributes
+    ----------
+    kinds : array of int, shape (M,)
+        `armsyn.kernels.reaches.ALLOWED` or what it breaks.
+    frames : array of int, shape (M,)
+        Where; of a contact, the frame at or before which it begins.
+    items : array of int, shape (M,)
+        The joint, or the pair of shapes (`Solids.names`).
+    values : array, shape (M,)
+        The angle, rate (rad and s, or m) or least clearance (m) that is refused.
+    """
+
+    kinds: IntArray
+    frames: IntArray
+    items: IntArray
+    values: FloatArray
+
+
+def judge(arm: ArmDescription, paced: Paced) -> Verdicts:
+    """Hold reaches against an arm's ranges, speeds, accelerations, jerks and shapes.
+
+    A contact in which a reach starts may be left, as with ``check_collision(leaving=True)``.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    paced : Paced
+        A reach without frames is not judged.
+
+    Returns
+    -------
+    Verdicts
+
+    Raises
+    ------
+    InputError
+        Shapes of the arm that touch at rest.
+    """
+    count = len(paced.scales)
+    clearances = Clearances.of(arm)
+    kinds, frames, items = np.empty((3, count), dtype=np.int64)
+    found = Verdicts(kinds, frames, items, np.empty(count))
+    reaches.judge_reaches(
+        arm.chain.arrays,
+        clearances.solids.arrays,
+        clearances.solids.reach,
+        clearances.required,
+        reaches.RateLimits(arm.max_velocity, arm.max_acceleration, arm.max_jerk),
+        float(paced.rate_hz),
+        reaches.Tolerances(
+            position=limits.POSITION_TOLERANCE,
+            rate=trajectory.RATE_TOLERANCE,
+            rounding=trajectory.ROUNDING,
+            jerk_span=max(1, round(trajectory.JERK_SPAN * paced.rate_hz)),
+            leaving=collision.LEAVING,
+            resolution=collision.RESOLUTION,
+        ),
+        paced.first,
+        paced.paths,
+        *found,
+    )
+    return found
+
+
+def reason(arm: ArmDescription, paced: Paced, verdicts: Verdicts, reach: int) -> str:
+    """Say in one line why a reach is refused.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    paced : Paced
+    verdicts : Verdicts
+    reach : int
+        Row of one that is not allowed.
+
+    Returns
+    -------
+    str
+    """
+    kind, frame, item, value = (part[reach] for part in verdicts)
+    when = f"{frame / paced.rate_hz:.3f} s"
+    if kind == reaches.CONTACT:
+        first, second = arm.solids.names[item]
+        near = f"{-value * 1e3:.1f} mm inside" if value < 0.0 else f"{value * 1e3:.1f} mm near to"
+        return f"{first} would come {near} {second} after {when}"
+    name = arm.joint_names[item]
+    if kind == reaches.RANGE:
+        low, high = arm.chain.lower[item], arm.chain.upper[item]
+        return f"{name} would be at {value:.3f} rad after {when}, its range is {low:g} to {high:g}"
+    quantity, unit = RATES[int(kind)]
+    return f"{name} would have a {quantity} of {value:.2f} {unit} after {when}"

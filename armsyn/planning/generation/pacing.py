@@ -1,0 +1,89 @@
+"""Many motions made samples that an arm can follow: `armsyn.planning.timing`, compiled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.kernels import reaches
+from armsyn.planning import timing
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+SHORTEST_S = 0.02
+"""No reach is taken to be shorter."""
+
+
+@dataclass(frozen=True)
+class Paced:
+    """Reaches sampled for an arm, one after another.
+
+    Parameters
+    ----------
+    paths : array, shape (all frames, n)
+        rad or m; the arm rests before and after each.
+    first : array of int, shape (M + 1,)
+        Where each reach begins; the last is where all end. One that no slowing brings within the
+        limits has no frames.
+    scales : array, shape (M,)
+        kappa, at least 1.
+    rate_hz : float
+    """
+
+    paths: FloatArray
+    first: IntArray
+    scales: FloatArray
+    rate_hz: float
+
+    @property
+    def lengths(self) -> IntArray:
+        """Frames of each reach, shape (M,)."""
+        return np.diff(self.first)
+
+    def path(self, reach: int) -> FloatArray:
+        """Return one reach, shape (frames, n); a view."""
+        return self.paths[self.first[reach] : self.first[reach + 1]]
+
+
+def pace(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz: float) -> Paced:
+    """Ease, slow and sample many motions, each as `armsyn.planning.timing.in_time` does one.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    angles : array, shape (M, phases, n)
+        At equal steps of phase, rad or m; at least 4 phases, finite.
+    durations : array, shape (M,)
+        s from the first to the last, as a person moves.
+    rate_hz : float
+
+    Returns
+    -------
+    Paced
+    """
+    motions = np.ascontiguousarray(angles, dtype=np.float64)
+    count = len(motions)
+    slopes, bends = np.empty_like(motions), np.empty_like(motions)
+    ramps, scales = np.empty((count, 2)), np.empty(count)
+    frames = np.empty(count, dtype=np.int64)
+    reaches.pace_reaches(
+        motions,
+        np.maximum(durations, SHORTEST_S),
+        reaches.RateLimits(*timing.Rates.of(arm)),
+        float(rate_hz),
+        max(1, round(timing.JERK_SPAN * rate_hz)),
+        reaches.Ease(2.0 * timing.CUT_TIME, timing.CUT_SPEED),
+        slopes,
+        bends,
+        ramps,
+        frames,
+        scales,
+    )
+    first = np.concatenate([[0], np.cumsum(frames)])
+    paths = np.empty((int(first[-1]), motions.shape[2]))
+    reaches.sample_reaches(motions, slopes, bends, ramps, first, paths)
+    return Paced(paths, first, scales, rate_hz)
