@@ -5,3 +5,4 @@ import click
 IKS = click.Choice(["svd", "jt", "njt", "dls"])
 LEARNERS = click.Choice(["least-squares", "annealing", "cma", "evolution"])
 MODELS = click.Choice(["A", "B", "C", "D"])
+PLANS = click.Choice(["synergy", "latent", "linear", "minjerk"])

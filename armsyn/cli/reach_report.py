@@ -1,4 +1,4 @@
-"""What `armsyn reach` tells: the summary, as text or JSON, and the plot of the hand's speed."""
+"""What `armsyn reach` tells: the summary, as text or JSON."""
 
 from __future__ import annotations
 
@@ -10,13 +10,16 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from armsyn.arm import ArmDescription
 from armsyn.cli.json_errors import DocumentedError
-from armsyn.cli.reach import Done
+from armsyn.cli.reach_run import Done
 from armsyn.driver import Ending
-from armsyn.errors import ArmFaultError, FormatError, InputError, RefusedMotionError
+from armsyn.errors import ArmFaultError, FormatError, InputError
+from armsyn.kinematics.rotation import to_rpy
 from armsyn.motion import FloatArray, Motion
-from armsyn.planning import PlannedReach, ReachPlanner
-from armsyn.scoring import ProfileMeasures, correlation, measure, movement, normalised_speed
+from armsyn.planning import HandOrientation, PlannedReach, Pointing, Turned
+from armsyn.planning.posing import HandTask
+from armsyn.scoring import ProfileMeasures, correlation, measure, normalised_speed
 
 STOPPED = 130
 STOPS = {Ending.STOPPED_HOLDING, Ending.STOPPED_PARKED, Ending.ABORTED}
@@ -95,7 +98,7 @@ def summary(done: Done) -> dict[str, Any]:
         "port": recording.port,
         "simulated": recording.simulated,
         "ending": recording.ending.value,
-        **_leg(done.out, measured, slice(0, split + 1)),
+        **_leg(done.out, measured, done.arm, slice(0, split + 1)),
         "tracking_rms_rad": tracking if np.isfinite(tracking) else None,
         "ticks": recording.ticks,
         "missed_ticks": recording.missed_ticks,
@@ -104,7 +107,8 @@ def summary(done: Done) -> dict[str, Any]:
         "events": [f"{event.time:.3f} s: {event.text}" for event in recording.events],
     }
     if done.back is not None:
-        document["return"] = _leg(done.back, measured, slice(split, return_row(done) + 1))
+        rows = slice(split, return_row(done) + 1)
+        document["return"] = _leg(done.back, measured, done.arm, rows)
     return document
 
 
@@ -133,32 +137,55 @@ def _rows_at_end(commanded: FloatArray, trajectory: Motion) -> NDArray[np.intp]:
     return np.flatnonzero(np.abs(commanded - trajectory.angles[-1]).max(axis=1) < 1e-9)
 
 
-def _leg(planned: PlannedReach, measured: Motion | str, rows: slice) -> dict[str, Any]:
+def _leg(
+    planned: PlannedReach, measured: Motion | str, arm: ArmDescription, rows: slice
+) -> dict[str, Any]:
     document: dict[str, Any] = {
         "target_m": planned.target.tolist(),
         "hand_error_m": None,
-        "captured": planned.learned.name,
-        "captured_rank": planned.rank,
-        "ik": planned.synergy.ik,
-        "model": planned.synergy.model,
+        "plan": planned.plan,
+        "captured": None if planned.learned is None else planned.learned.name,
+        "captured_rank": None if planned.synergy is None else planned.rank,
+        "ik": None if planned.synergy is None else planned.synergy.ik,
+        "model": None if planned.synergy is None else planned.synergy.model,
+        "outside_m": planned.outside_m,
+        "predicted_time_s": planned.duration_s,
         "time_scale": planned.time_scale,
         "planned_time_s": planned.trajectory.duration,
+        "planned_error_m": planned.error_m,
+        "swivel_m": planned.swivel_m,
+        "refused": planned.refused or None,
+        "orientation": _asked(planned.orientation),
+        "orientation_error_rad": None,
     }
     keys = ("movement_time_s", "speed_peaks", "time_to_peak", "peak_over_mean", "min_jerk_r")
     document |= dict.fromkeys((*keys, "sparc", "captured_r"))
     if isinstance(measured, str):
         return document | {"not_measured": measured}
     document["hand_error_m"] = float(np.linalg.norm(measured.hand[rows][-1] - planned.target))
+    if planned.orientation is not None and measured.angles is not None:
+        task = HandTask(planned.target, planned.orientation)
+        document["orientation_error_rad"] = task.errors(arm.chain, measured.angles[rows][-1])[1]
     try:
         taken = measured.between(rows.start, rows.stop - 1)
         found = measure(taken)
         document |= _measures(found)
-        document["captured_r"] = correlation(
-            np.array(planned.learned.speed_profile), normalised_speed(taken.time, taken.hand)
-        )
+        if planned.learned is not None:
+            document["captured_r"] = correlation(
+                np.array(planned.learned.speed_profile), normalised_speed(taken.time, taken.hand)
+            )
     except InputError as error:
         document["not_measured"] = str(error)
     return document
+
+
+def _asked(orientation: HandOrientation | None) -> dict[str, list[float]] | None:
+    """How the hand was asked to be turned."""
+    if isinstance(orientation, Pointing):
+        return {"pointing": np.asarray(orientation.direction).tolist()}
+    if isinstance(orientation, Turned):
+        return {"rpy_rad": to_rpy(np.asarray(orientation.rotation)).tolist()}
+    return None
 
 
 def _measures(found: ProfileMeasures) -> dict[str, Any]:
@@ -201,104 +228,37 @@ def _print(document: dict[str, Any]) -> None:
 
 
 def _leg_text(name: str, leg: dict[str, Any]) -> str:
-    manner = f"like {leg['captured']}"
-    if leg["model"] == "A":
-        manner = f"raw controller (no synergy) at the pace learned from {leg['captured']}"
     miss = leg["hand_error_m"]
     error = "an unknown distance" if miss is None else f"{miss * 1000:.1f} mm"
+    turned = leg["orientation_error_rad"]
+    if turned is not None:
+        error += f" and {np.degrees(turned):.1f} degrees"
     lines = [
-        f"{name}: hand {error} from its target, {manner}, {leg['time_scale']:.2f} times slower"
+        f"{name}: hand {error} from its target, {_manner(leg)}, {leg['time_scale']:.2f} times"
+        " slower"
     ]
     if leg["captured_rank"]:
         lines.append(f"  ({leg['captured_rank']} nearer learned reaches would miss the target)")
     if leg["movement_time_s"] is not None:
+        beside = "" if leg["captured_r"] is None else f", with the capture {leg['captured_r']:.2f}"
         lines.append(
-            f"  {leg['movement_time_s']:.2f} s, {leg['speed_peaks']} speed peak(s), peak at"
+            f"  {leg['movement_time_s']:.2f} s (a person: {leg['predicted_time_s']:.2f} s),"
+            f" {leg['speed_peaks']} speed peak(s), peak at"
             f" {leg['time_to_peak']:.2f} of the time, peak/mean {leg['peak_over_mean']:.2f};"
-            f" r with minimum jerk {leg['min_jerk_r']:.2f}, with the capture"
-            f" {leg['captured_r']:.2f}; SPARC {leg['sparc']:.2f}"
+            f" r with minimum jerk {leg['min_jerk_r']:.2f}{beside}; SPARC {leg['sparc']:.2f}"
         )
     else:
         lines.append(f"  speed not measured: {leg['not_measured']}")
     return "\n".join(lines)
 
 
-def draw_speeds(path: Path, done: Done, planner: ReachPlanner) -> None:
-    """Draw the hand's speed: captured, planned, measured, and the raw controller's.
-
-    Parameters
-    ----------
-    path : Path
-        PNG to write.
-    done : Done
-    planner : ReachPlanner
-
-    Raises
-    ------
-    InputError
-        When the file cannot be written.
-    """
-    from matplotlib.figure import Figure
-
-    from armsyn.motion.formats.files import replacing
-
-    if done.recording.ending in STOPS:
-        raise InputError(f"{path}: not drawn, for the reach was stopped")
-    figure = Figure(figsize=(8, 4.5), layout="constrained")
-    axes = figure.add_subplot()
-    split = arrival_row(done)
-    measured = done.recording.measured_motion(done.arm).between(0, split)
-    _draw_captured(axes, done, measured)
-    _draw(axes, done.out.trajectory, "planned", color="tab:blue", linestyle="--")
-    kind = "simulated" if done.recording.simulated else done.recording.port
-    _draw(axes, measured, f"measured ({kind})", color="tab:red")
-    raw = _raw(done, planner) if planner.model != "A" else None
-    if raw is not None:
-        _draw(axes, raw, "raw controller (S_A), planned", color="k", linestyle=":")
-    highest = max(float(np.max(np.asarray(line.get_ydata()))) for line in axes.get_lines())
-    axes.set(xlabel="time, s", ylabel="hand speed, m/s")
-    axes.set(xlim=(0, 1.3 * measured.time[-1]), ylim=(0, 1.4 * highest or 0.1))
-    x, y, z = done.out.target
-    axes.set_title(f"{done.arm.name} ({kind}) reaches for ({x:.2f}, {y:.2f}, {z:.2f}) m")
-    axes.legend(loc="upper right")
-    axes.grid(visible=True, alpha=0.3)
-    with replacing(path) as temporary:
-        figure.savefig(temporary, format="png", dpi=120)
-
-
-def _draw_captured(axes: Any, done: Done, measured: Motion) -> None:
-    """Draw the capture's profile over the measured duration, scaled to the same path length."""
-    try:
-        moved = movement(measured.time, measured.hand)
-    except InputError as error:
-        click.echo(f"no capture in the plot: {error}", err=True)
-        return
-    profile = np.array(done.out.learned.speed_profile)
-    duration = moved.time[-1] - moved.time[0]
-    scale = np.trapezoid(moved.speed, moved.time) / (np.trapezoid(profile, dx=0.01) * duration)
-    axes.plot(
-        moved.time[0] + np.linspace(0.0, 1.0, profile.size) * duration,
-        profile * scale,
-        color="0.6",
-        linewidth=5,
-        label=f"captured: {done.out.learned.name} (same duration and path)",
-    )
-
-
-def _draw(axes: Any, motion: Motion, label: str, **style: Any) -> None:
-    from armsyn.motion.filtering import hand_speed
-
-    found = hand_speed(motion.time, motion.hand)
-    inside = (found.time >= motion.time[0]) & (found.time <= motion.time[-1])
-    axes.plot(found.time[inside], found.speed[inside], label=label, **style)
-
-
-def _raw(done: Done, planner: ReachPlanner) -> Motion | None:
-    """Plan the same reach without synergy; None where that fails (it is drawn, not moved)."""
-    try:
-        raw = ReachPlanner(planner.arm, planner.library, planner.ik, "A")
-        planned = raw.plan(done.start, done.out.target)
-    except (RefusedMotionError, InputError) as error:
-        click.echo(f"no raw controller in the plot: {error}", err=True)
-        return None
-    return planned.trajectory
+def _manner(leg: dict[str, Any]) -> str:
+    """After what a reach was planned."""
+    if leg["model"] == "A":
+        pace = f"learned from {leg['captured']}" if leg["captured"] else "of no capture"
+        return f"raw controller (no synergy) at the pace {pace}"
+    if leg["model"] is not None:
+        return f"like {leg['captured']}"
+    if leg["captured"] is None:
+        return f"planned by {leg['plan']}"
+    return f"planned by {leg['plan']} (nearest capture: {leg['captured']})"

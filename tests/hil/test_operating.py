@@ -15,7 +15,7 @@ from armsyn.driver.status import read_status
 from armsyn.driver.status_findings import find
 from armsyn.driver.transactions import Bus
 from armsyn.errors import InputError, RefusedMotionError
-from armsyn.planning import PlannedReach, ReachPlanner
+from armsyn.planning import PlannedReach, SynergyPlanner
 from armsyn.synergy import load_library
 
 RATE = 50.0
@@ -79,7 +79,7 @@ def test_a_small_reach_and_back(session: ArmSession) -> None:
     except InputError as error:
         pytest.skip(str(error))
     here = still_posture(session)
-    planned, target = small_reach(ReachPlanner(session.arm, library), here)
+    planned, target = small_reach(SynergyPlanner(session.arm, library), here)
     assert session.run(planned.trajectory).ending is Ending.COMPLETED
     hand = session.arm.chain.forward(session.read_posture()).tip
     assert np.linalg.norm(hand - target) < HAND_OFF
@@ -87,7 +87,7 @@ def test_a_small_reach_and_back(session: ArmSession) -> None:
     assert session.run(back).ending is Ending.COMPLETED
 
 
-def small_reach(planner: ReachPlanner, here: np.ndarray) -> tuple[PlannedReach, np.ndarray]:
+def small_reach(planner: SynergyPlanner, here: np.ndarray) -> tuple[PlannedReach, np.ndarray]:
     """Return the first of many reaches that this arm can make from here, and its target."""
     hand = planner.arm.chain.forward(here).tip
     for direction in DIRECTIONS:

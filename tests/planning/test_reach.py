@@ -10,8 +10,8 @@ from armsyn.arm import ArmDescription, find_file, load_arm
 from armsyn.arm.shapes import BoxDescription
 from armsyn.errors import CollisionError, InputError, LimitError, UnreachableError
 from armsyn.motion import Motion
-from armsyn.planning import PlannedReach, ReachPlanner, joined
-from armsyn.planning.reach import TOLERANCE_M
+from armsyn.planning import PlannedReach, SynergyPlanner, joined
+from armsyn.planning.synergy_planner import ARRIVED_M
 from armsyn.safety import check_trajectory
 from armsyn.scoring import correlation, measure, normalised_speed
 from armsyn.synergy import SynergyLibrary, load_library
@@ -31,8 +31,8 @@ def library() -> SynergyLibrary:
 
 
 @pytest.fixture(scope="module")
-def planner(arm: ArmDescription, library: SynergyLibrary) -> ReachPlanner:
-    return ReachPlanner(arm, library)
+def planner(arm: ArmDescription, library: SynergyLibrary) -> SynergyPlanner:
+    return SynergyPlanner(arm, library)
 
 
 def targets(count: int = 20) -> np.ndarray:
@@ -51,7 +51,7 @@ def angles_of(planned: PlannedReach) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def reaches(arm: ArmDescription, planner: ReachPlanner) -> list[PlannedReach]:
+def reaches(arm: ArmDescription, planner: SynergyPlanner) -> list[PlannedReach]:
     return [planner.plan(arm.rest, target, RATE) for target in targets()]
 
 
@@ -62,7 +62,7 @@ def test_they_start_at_the_posture_and_end_at_the_target(
     for planned, target in zip(reaches, targets(), strict=True):
         angles = angles_of(planned)
         np.testing.assert_array_equal(angles[0], arm.rest)
-        assert np.linalg.norm(oracle.frames(angles[-1])[0][-1] - target) <= TOLERANCE_M
+        assert np.linalg.norm(oracle.frames(angles[-1])[0][-1] - target) <= ARRIVED_M
         np.testing.assert_allclose(planned.trajectory.time, np.arange(len(angles)) / RATE)
         hand = np.array([oracle.frames(q)[0][-1] for q in angles[::20]])
         np.testing.assert_allclose(planned.trajectory.hand[::20], hand, atol=1e-9)
@@ -118,7 +118,7 @@ def test_the_hands_speed_is_a_persons(reaches: list[PlannedReach]) -> None:
 
 
 def test_without_synergy_it_is_not(arm: ArmDescription, library: SynergyLibrary) -> None:
-    raw, likeness = ReachPlanner(arm, library, model="A"), []
+    raw, likeness = SynergyPlanner(arm, library, model="A"), []
     for target in targets():
         planned = raw.plan(arm.rest, target, RATE)
         speed = normalised_speed(planned.trajectory.time, planned.trajectory.hand)
@@ -138,12 +138,12 @@ def test_the_synergy_is_the_nearest_that_arrives(
 
 
 def test_the_way_back_ends_where_the_hand_was(
-    arm: ArmDescription, planner: ReachPlanner, reaches: list[PlannedReach]
+    arm: ArmDescription, planner: SynergyPlanner, reaches: list[PlannedReach]
 ) -> None:
     hand = arm.chain.forward(arm.rest).tip
     for planned in reaches[:8]:
         back = planner.plan(angles_of(planned)[-1], hand, RATE)
-        assert np.linalg.norm(back.trajectory.hand[-1] - hand) <= TOLERANCE_M
+        assert np.linalg.norm(back.trajectory.hand[-1] - hand) <= ARRIVED_M
         assert back.learned.kind == "return"
         both = joined(planned.trajectory, back.trajectory)
         check_trajectory(both, arm, arm.rest)
@@ -154,7 +154,7 @@ def test_the_way_back_ends_where_the_hand_was(
 
 @pytest.mark.parametrize("rate", [50.0, 1000.0])
 def test_the_path_does_not_depend_on_the_rate(
-    arm: ArmDescription, planner: ReachPlanner, reaches: list[PlannedReach], rate: float
+    arm: ArmDescription, planner: SynergyPlanner, reaches: list[PlannedReach], rate: float
 ) -> None:
     planned, usual = planner.plan(arm.rest, targets()[0], rate), reaches[0]
     check_trajectory(planned.trajectory, arm, arm.rest)
@@ -167,7 +167,7 @@ def test_a_slowed_arm_reaches_more_slowly(
     arm: ArmDescription, library: SynergyLibrary, reaches: list[PlannedReach]
 ) -> None:
     slowed, usual = arm.slowed(3.0), reaches[0]
-    slow = ReachPlanner(slowed, library).plan(arm.rest, targets()[0], RATE)
+    slow = SynergyPlanner(slowed, library).plan(arm.rest, targets()[0], RATE)
     assert slow.time_scale == pytest.approx(3.0 * usual.time_scale, rel=0.05)
     speeds = np.abs(np.diff(angles_of(slow), axis=0)) * RATE
     assert (speeds <= arm.max_velocity / 3.0).all()
@@ -177,7 +177,7 @@ def test_a_slowed_arm_reaches_more_slowly(
             arm.slowed(factor)
 
 
-def test_a_hand_that_is_there_already_stays(arm: ArmDescription, planner: ReachPlanner) -> None:
+def test_a_hand_that_is_there_already_stays(arm: ArmDescription, planner: SynergyPlanner) -> None:
     planned = planner.plan(arm.rest, arm.chain.forward(arm.rest).tip, RATE)
     assert (angles_of(planned) == arm.rest).all()
     assert planned.time_scale == 1.0
@@ -197,7 +197,7 @@ def test_a_hand_that_is_there_already_stays(arm: ArmDescription, planner: ReachP
     ],
 )
 def test_out_of_reach_is_refused_with_how_near_it_comes(
-    arm: ArmDescription, planner: ReachPlanner, target: tuple[float, float, float], advice: str
+    arm: ArmDescription, planner: SynergyPlanner, target: tuple[float, float, float], advice: str
 ) -> None:
     with pytest.raises(UnreachableError, match="cannot be reached by human7") as caught:
         planner.plan(arm.rest, target, RATE)
@@ -206,7 +206,9 @@ def test_out_of_reach_is_refused_with_how_near_it_comes(
     assert advice in str(caught.value)
 
 
-def test_a_posture_outside_its_range_is_refused(arm: ArmDescription, planner: ReachPlanner) -> None:
+def test_a_posture_outside_its_range_is_refused(
+    arm: ArmDescription, planner: SynergyPlanner
+) -> None:
     posture = arm.rest.copy()
     posture[3] = -0.2
     with pytest.raises(LimitError, match=r"elbow_flexion stands at -0\.200 rad") as caught:
@@ -218,7 +220,7 @@ def test_a_posture_outside_its_range_is_refused(arm: ArmDescription, planner: Re
     )
 
 
-def test_a_tick_outside_is_rounding(arm: ArmDescription, planner: ReachPlanner) -> None:
+def test_a_tick_outside_is_rounding(arm: ArmDescription, planner: SynergyPlanner) -> None:
     posture = arm.rest.copy()
     posture[3] = -1.5e-3
     planned = planner.plan(posture, targets()[0], RATE)
@@ -228,15 +230,15 @@ def test_a_tick_outside_is_rounding(arm: ArmDescription, planner: ReachPlanner) 
 
 def test_a_library_of_another_arm_is_refused(arm: ArmDescription, library: SynergyLibrary) -> None:
     with pytest.raises(InputError, match=r"the synergies are those of human7 .* arm is koch"):
-        ReachPlanner(load_arm("koch"), library)
+        SynergyPlanner(load_arm("koch"), library)
     other = msgspec.structs.replace(library, joint_names=("a", *library.joint_names[1:]))
     with pytest.raises(InputError, match="run armsyn learn --arm human7"):
-        ReachPlanner(arm, other)
+        SynergyPlanner(arm, other)
 
 
 def test_what_was_not_learned_is_refused(arm: ArmDescription, library: SynergyLibrary) -> None:
     with pytest.raises(InputError, match="human7 has learned nothing with --ik svd --model Z"):
-        ReachPlanner(arm, library, model="Z").plan(arm.rest, targets()[0], RATE)
+        SynergyPlanner(arm, library, model="Z").plan(arm.rest, targets()[0], RATE)
 
 
 @pytest.mark.parametrize(
@@ -253,7 +255,7 @@ def test_what_was_not_learned_is_refused(arm: ArmDescription, library: SynergyLi
 )
 def test_numbers_that_are_none_are_refused(
     arm: ArmDescription,
-    planner: ReachPlanner,
+    planner: SynergyPlanner,
     posture: list[float] | None,
     target: list[float],
     rate: float,
@@ -305,12 +307,12 @@ def test_a_reach_takes_another_synergy_around_an_obstacle(
     arm: ArmDescription, library: SynergyLibrary
 ) -> None:
     target = [0.35, -0.10, -0.15]
-    free = ReachPlanner(arm, library).plan(arm.rest, target)
+    free = SynergyPlanner(arm, library).plan(arm.rest, target)
     assert free.trajectory.landmarks is not None
     hand = free.trajectory.landmarks[:, -1]
     halfway = hand[np.argmin(np.abs(np.linalg.norm(hand - hand[0], axis=1) - 0.15))]
     walled = with_box(arm, halfway, (0.01, 0.01, 0.01))
-    around = ReachPlanner(walled, library).plan(arm.rest, target)
+    around = SynergyPlanner(walled, library).plan(arm.rest, target)
     assert (free.rank, around.rank) == (0, 1)
     assert around.trajectory.landmarks is not None
     gap = np.linalg.norm(around.trajectory.landmarks[:, -1] - halfway, axis=1).min()
@@ -323,4 +325,4 @@ def test_a_target_within_an_obstacle_is_refused_by_its_name(
     target = np.array([0.35, -0.10, -0.15])
     walled = with_box(arm, target, (0.05, 0.05, 0.05))
     with pytest.raises(CollisionError, match="post"):
-        ReachPlanner(walled, library).plan(arm.rest, target)
+        SynergyPlanner(walled, library).plan(arm.rest, target)

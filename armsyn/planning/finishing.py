@@ -1,0 +1,171 @@
+"""Make a predicted motion one that an arm may follow, or say why it may not.
+
+What is predicted is brought to its end, bent into the joints' ranges and slowed; if it then touches
+something, or a limit does not hold, it is tried again with the elbow elsewhere at its end, before
+it is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.errors import RefusedMotionError
+from armsyn.planning.bending import keeping_hand, leaves_range, to_end, within_ranges
+from armsyn.planning.end_posture import end_posture, fulfilled
+from armsyn.planning.planned import PlannedReach, trajectory_of
+from armsyn.planning.posing import HandTask
+from armsyn.planning.swivel import swivels
+from armsyn.planning.timing import in_time
+from armsyn.safety import check_collision
+
+FloatArray = NDArray[np.float64]
+
+
+class Finished(NamedTuple):
+    """A motion that an arm may follow.
+
+    Attributes
+    ----------
+    angles : array, shape (frames, n)
+        At the rate that was asked for, rad or m.
+    time_scale : float
+        kappa.
+    swivel_m : float or None
+        By how much the elbow ends elsewhere, m; None for the motion as predicted.
+    refused : str
+        Why that one was, if it was.
+    """
+
+    angles: FloatArray
+    time_scale: float
+    swivel_m: float | None = None
+    refused: str = ""
+
+
+def finished(
+    arm: ArmDescription, angles: FloatArray, duration: float, task: HandTask, rate_hz: float
+) -> Finished:
+    """Bend, slow and check a predicted motion; try other swivels before it is refused.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    angles : array, shape (phases, n)
+        Predicted, at equal steps of phase; the first row is where the arm is, within its limits.
+    duration : float
+        As a person would take, s.
+    task : HandTask
+        What the hand is to do at the end.
+    rate_hz : float
+
+    Returns
+    -------
+    Finished
+
+    Raises
+    ------
+    UnreachableError
+        The hand cannot come within `TOLERANCE_M` of its target, or be turned as asked.
+    LimitError, CollisionError
+        No way of those tried holds the limits and touches nothing; of the first.
+    """
+    angles = _brought_to_end(arm, angles, task)
+    try:
+        return _checked(arm, angles, duration, rate_hz)
+    except RefusedMotionError as error:
+        refused = error
+    tried = 0
+    for swivel in swivels(arm.chain, task, angles[-1]):
+        tried += 1
+        for way in _ways(arm, angles, swivel.posture):
+            try:
+                done = _checked(arm, way, duration, rate_hz)
+            except RefusedMotionError:  # the first refusal is the one that is told
+                continue
+            return done._replace(swivel_m=swivel.moved_m, refused=str(refused))
+    if tried:
+        refused.add(f"{tried} other swivels of the arm were tried, too")
+    raise refused
+
+
+def reach_of(
+    arm: ArmDescription,
+    task: HandTask,
+    done: Finished,
+    rate_hz: float,
+    *,
+    plan: str,
+    duration_s: float,
+    source: str,
+    outside_m: float | None = None,
+    **how: Any,
+) -> PlannedReach:
+    """Make a finished motion a planned reach.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    task : HandTask
+    done : Finished
+    rate_hz : float
+        That `done` was sampled at.
+    plan, duration_s, outside_m, **how
+        As in `PlannedReach`.
+    source : str
+        Of the trajectory, for people.
+
+    Returns
+    -------
+    PlannedReach
+    """
+    distance, angle = task.errors(arm.chain, done.angles[-1])
+    return PlannedReach(
+        trajectory_of(arm, done.angles, rate_hz, source),
+        task.goal,
+        plan,
+        done.time_scale,
+        duration_s,
+        distance,
+        outside_m,
+        done.swivel_m,
+        done.refused,
+        orientation=task.orientation,
+        orientation_error=angle,
+        **how,
+    )
+
+
+def _brought_to_end(arm: ArmDescription, angles: FloatArray, task: HandTask) -> FloatArray:
+    """End where the hand does its task; the hand's path stays as predicted."""
+    chain, predicted = arm.chain, angles[-1]
+    inside = bool(((predicted >= chain.lower) & (predicted <= chain.upper)).all())
+    if inside and fulfilled(task, *task.errors(chain, predicted)):
+        return angles
+    end = end_posture(arm, task, angles[0], predicted)
+    return next(_ways(arm, angles, end))
+
+
+def _ways(arm: ArmDescription, angles: FloatArray, end: FloatArray) -> Iterator[FloatArray]:
+    """The same motion to another end posture: along the hand's own path, or as the joints go."""
+    elsewhere = to_end(angles, end)
+    hand = to_end(arm.chain.positions(angles)[:, -1], arm.chain.positions(end[None])[0, -1])
+    yield keeping_hand(arm.chain, elsewhere, hand)
+    yield elsewhere
+
+
+def _checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: float) -> Finished:
+    """Bend a motion into the ranges, slow it, and refuse it if that fails or if it touches."""
+    bent = within_ranges(arm.chain, angles)
+    if bent is not angles:
+        bent = to_end(bent, np.clip(angles[-1], arm.chain.lower, arm.chain.upper))
+    if outside := leaves_range(arm.chain, bent):
+        raise outside
+    timed = in_time(bent, duration, arm, rate_hz)
+    if collision := check_collision(timed.angles, arm, leaving=True):
+        raise collision
+    return Finished(timed.angles, timed.time_scale)
