@@ -10,6 +10,8 @@ import click
 
 from armsyn.experiments import EXPERIMENTS
 
+LONG_TEXT = 40
+"""Characters from which a column of text is broken into lines."""
 MOST_ROWS = 40
 """Of a table on a terminal; longer ones are in the files."""
 
@@ -44,7 +46,8 @@ def experiment(
 
     Learns synergies with the paper's bounds, and writes NAME.json (SI units), NAME.md (for
     people), pictures, and NAME.run.json (command, machine, time). The same seed gives the same
-    tables at any number of workers, but for the times of edits. The captures are looked for in
+    tables at any number of workers, but for the times of edits (times of predictions are in
+    NAME.times.json). The captures are looked for in
     $ARMSYN_CAPTURES, else in shared/captures beside the checkout.
     """
     from armsyn.cli.long_work import StageBars, write_run
@@ -85,16 +88,19 @@ def _show(report: Report, written: list[Path]) -> None:
     console.print(report.title, style="bold", highlight=False)
     for note in report.notes:
         console.print(note.replace("**", ""), highlight=False, markup=False)
-    for table in report.tables:
+    for table in (*report.tables, *report.timings):
         if len(table.rows) > MOST_ROWS:
             console.print(f"{table.title}: {len(table.rows)} rows, in {report.name}.md or .json")
             continue
         shown = Table(title=table.title)
-        for column in table.columns:
+        rows = table.shown()
+        for place, column in enumerate(table.columns):
             is_number = bool(column.form)
+            is_long = any(len(row[place]) > LONG_TEXT for row in rows)
             justify: Literal["right", "left"] = "right" if is_number else "left"
-            shown.add_column(column.heading, justify=justify, no_wrap=not is_number)
-        for row in table.shown():
+            no_wrap = not (is_number or is_long)
+            shown.add_column(column.heading, justify=justify, no_wrap=no_wrap)
+        for row in rows:
             shown.add_row(*row)
         console.print(shown)
         for note in table.notes:

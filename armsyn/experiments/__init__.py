@@ -11,6 +11,7 @@ EXPERIMENTS = {
     "fig6": "One reach of either set, superposed and animated (GIF; MP4 where ffmpeg is).",
     "twosubjects": "192 motions of two persons.",
     "neighbours": "Learned sets on other targets of the same person; the fewest that serve all.",
+    "anytarget": "Reaches to targets that nobody captured: every way to predict them.",
     "golf": "The second paper's golf swing on a slope of 7 degrees.",
     "reach-edit": "The second paper's reach to a new place, edited in latent and joint space.",
     "jump": "The second paper's higher jump: the root raised at the apex.",

@@ -124,6 +124,9 @@ class Report:
         What to know before reading a figure.
     films : sequence of str
         Files that only some machines can make; so they stand in no document.
+    timings : sequence of Table
+        Times on this machine: in a document of their own, so that the others are the same bytes
+        anywhere.
     """
 
     name: str
@@ -133,6 +136,7 @@ class Report:
     pictures: list[str]
     notes: Sequence[str] = ()
     films: Sequence[str] = ()
+    timings: Sequence[Table] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as written to ``NAME.json``."""
@@ -162,7 +166,7 @@ def _plain(value: object) -> str:
 
 
 def write(report: Report, folder: Path) -> list[Path]:
-    """Write a report as ``NAME.json`` and ``NAME.md``.
+    """Write a report as ``NAME.json`` and ``NAME.md``, its timings as ``NAME.times.json``.
 
     Parameters
     ----------
@@ -179,12 +183,18 @@ def write(report: Report, folder: Path) -> list[Path]:
     InputError
         When they cannot be written.
     """
-    document = json.dumps(report.as_dict(), indent=1, allow_nan=False)
     texts = {
-        folder / f"{report.name}.json": document + "\n",
+        folder / f"{report.name}.json": _json(report.as_dict()),
         folder / f"{report.name}.md": report.as_markdown(),
     }
+    if report.timings:
+        times = {"schema": SCHEMA, "tables": [table.as_dict() for table in report.timings]}
+        texts[folder / f"{report.name}.times.json"] = _json(times)
     for path, text in texts.items():
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
     return list(texts)
+
+
+def _json(document: dict[str, Any]) -> str:
+    return json.dumps(document, indent=1, allow_nan=False) + "\n"

@@ -1,0 +1,144 @@
+"""Reaches to targets that nobody captured: every way of predicting them beside the human floor.
+
+Each captured reach is predicted from its first posture and where its hand ends alone, by what was
+learned from the same person's reaches to other targets, or from other people's; what comes out is
+scored by the held distance, and set beside how close the person's own other repeats come.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from armsyn.experiments.anytarget_bootstrap import RESAMPLES
+from armsyn.experiments.anytarget_controls import controls_table
+from armsyn.experiments.anytarget_people import People, Protocol, load_garza, load_hug_mp
+from armsyn.experiments.anytarget_plot import draw
+from armsyn.experiments.anytarget_rows import ROWS, Row
+from armsyn.experiments.anytarget_run import Outcome, predict_all
+from armsyn.experiments.anytarget_tables import (
+    best_of,
+    captured_looks,
+    differences_table,
+    distances_table,
+    looks_table,
+    persons_table,
+    postures_table,
+    rows_table,
+    targets_table,
+    times_table,
+)
+from armsyn.experiments.learned import Progress
+from armsyn.experiments.settings import Settings
+from armsyn.experiments.tables import Report, Table
+
+FEW_REPEATS, FEW_GARZA = 3, 10
+"""Reaches to each target, and of garza, on a small budget."""
+_FEW_PERSONS, _PERSONS = ("S01", "S02"), ("S01", "S02", "S03", "S04")
+_HOW = (
+    "No row but the labelled ones has seen the target that it predicts: start posture and target"
+    " are given, the rest is learned from other reaches. The held distance is taken on the segments"
+    " as they were cut, as the human floors are (garza has one reach a target, so no floor: n/a)."
+    " Best row and verdicts are read from the figures."
+)
+
+
+def run(
+    settings: Settings,
+    folder: Path,
+    on_progress: Progress,
+    groups: Sequence[People] | None = None,
+    rows: Sequence[Row] = ROWS,
+) -> Report:
+    """Predict every captured reach from other reaches by every row.
+
+    Parameters
+    ----------
+    settings : Settings
+        A small budget takes two persons of HuG-MP, few repeats, and few reaches of garza.
+    folder : Path
+        Where the picture goes.
+    on_progress : callable
+    groups : sequence of People, optional
+        By the budget when None. Persons are left out where a group has several.
+    rows : sequence of Row
+
+    Returns
+    -------
+    Report
+
+    Raises
+    ------
+    CaptureError
+        Captures that are not there.
+    KeyboardInterrupt
+        Ctrl-C.
+    """
+    people = groups or _people(settings)
+    missing = {row.key: why for row in rows if (why := row.missing())}
+    there = [row for row in rows if row.key not in missing]
+    found: list[dict[str, Outcome]] = []
+    for group in people:
+        for protocol in _protocols(group):
+            outcomes = predict_all(group, protocol, there, settings.workers, on_progress)
+            found.append({key: one for key, one in outcomes.items() if one.is_known})
+    tables = [_summaries(outcomes, settings.seed) for outcomes in found]
+    best = best_of(found[0])
+    tables[0].append(controls_table(best, settings.seed, settings.workers, on_progress))
+    return Report(
+        "anytarget",
+        "Reaches to targets that nobody captured",
+        _made_with(settings, people),
+        [
+            rows_table(rows, missing),
+            *(table for part in tables for table in part),
+            *map(targets_table, found),
+        ],
+        [draw(found, settings.seed, folder)],
+        [_HOW],
+        timings=[times_table(found)],
+    )
+
+
+def _people(settings: Settings) -> list[People]:
+    if settings.budget == "small":
+        return [load_hug_mp(_FEW_PERSONS, FEW_REPEATS), load_garza(FEW_GARZA)]
+    return [load_hug_mp(_PERSONS), load_garza()]
+
+
+def _protocols(people: People) -> tuple[Protocol, ...]:
+    return ("target", "subject") if len(people.subjects) > 1 else ("target",)
+
+
+def _summaries(outcomes: Mapping[str, Outcome], seed: int) -> list[Table]:
+    people = next(iter(outcomes.values())).people
+    return [
+        distances_table(outcomes),
+        differences_table(outcomes, seed),
+        postures_table(outcomes),
+        looks_table(outcomes, captured_looks(people)),
+        persons_table(outcomes),
+    ]
+
+
+def _made_with(settings: Settings, groups: Sequence[People]) -> dict[str, Any]:
+    return {
+        "budget": settings.budget,
+        "seed": settings.seed,
+        "bootstrap": f"{RESAMPLES} resamples",
+        "inputs_sha256": {people.title: _hash(people) for people in groups},
+    }
+
+
+def _hash(people: People) -> str:
+    """Of the reaches: their names, times, and landmarks as scored."""
+    digest = hashlib.sha256()
+    for name, motion in zip(people.examples.names, people.captured, strict=True):
+        digest.update(name.encode())
+        for part in (motion.time, motion.landmarks):
+            digest.update(np.round(np.asarray(part), 9).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,141 @@
+"""The rows of the experiment `anytarget`: what each predicts with, and what it may learn from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Literal, NamedTuple, Protocol
+
+from armsyn.experiments.anytarget_baselines import (
+    MeanReach,
+    joint_minimum_jerk,
+    nearest_reach,
+    raw_ik,
+    straight_hand,
+)
+from armsyn.experiments.anytarget_primitives import dmp, promp, why_missing
+from armsyn.motion import FloatArray
+from armsyn.planning.examples import Examples
+from armsyn.planning.prediction import Predicted
+from armsyn.planning.predictor import learn_predictor
+
+Kind = Literal["reference", "baseline", "synergy", "joined", "bound"]
+Lessons = Literal["fold", "repeats", "others", "own"]
+"""What a row learns from: the fold; the person's other repeats of the target; other persons'
+reaches to it; all of the person's reaches to it, the predicted one among them."""
+
+
+class Predicts(Protocol):
+    """What a row needs of a predictor."""
+
+    def predict(self, starts: FloatArray, targets: FloatArray) -> Predicted:
+        """Predict reaches, as `armsyn.planning.prediction.Predictor` does."""
+
+
+class Row(NamedTuple):
+    """One way of predicting reaches."""
+
+    key: str
+    title: str
+    kind: Kind
+    what: str
+    learn: Callable[[Examples], Predicts]
+    lessons: Lessons = "fold"
+    missing: Callable[[], str | None] = lambda: None
+    """Says why the row cannot be had on this machine; None when it can."""
+
+    @property
+    def competes(self) -> bool:
+        """Whether it predicts a target that nobody showed it: only such rows are compared."""
+        return self.kind not in ("reference", "bound")
+
+
+_MEAN = "mean of {}, moved to start and end, in their mean time"
+
+
+def _learned(
+    key: str, title: str, kind: Kind, what: str, predictor: str, lessons: Lessons = "fold"
+) -> Row:
+    """Return a row of `armsyn.planning.predictor`."""
+    return Row(key, title, kind, what, partial(learn_predictor, predictor), lessons)
+
+
+ROWS = (
+    Row(
+        "floor",
+        "human floor",
+        "reference",
+        _MEAN.format("the person's other repeats of the target"),
+        MeanReach,
+        "repeats",
+    ),
+    Row(
+        "other",
+        "other humans",
+        "reference",
+        _MEAN.format("other persons' reaches to the target"),
+        MeanReach,
+        "others",
+    ),
+    _learned(
+        "linear",
+        "linear",
+        "baseline",
+        "linear regression of the normalised motion on the target, start and end corrected",
+        "linear",
+    ),
+    *(
+        Row(
+            f"raw_{ik}",
+            f"raw IK, {name}",
+            "baseline",
+            "S_A: one gain, the best of seven on a few reaches; cut at 5 %, end corrected",
+            partial(raw_ik, optimiser=ik),
+        )
+        for ik, name in (("jt", "J^T"), ("svd", "SVD"), ("njt", "NJ^T"))
+    ),
+    Row(
+        "straight",
+        "straight hand + IK",
+        "baseline",
+        "the hand goes straight by minimum jerk, the joints by pseudo-inverse; time of linear",
+        straight_hand,
+    ),
+    Row(
+        "minjerk",
+        "joint minimum jerk",
+        "baseline",
+        "every joint by minimum jerk to the posture of IK; time of linear",
+        joint_minimum_jerk,
+    ),
+    Row(
+        "dmp",
+        "DMP",
+        "baseline",
+        "primitive of the nearest target's mean reach, goal by IK; time of linear",
+        dmp,
+        missing=why_missing,
+    ),
+    Row(
+        "promp",
+        "ProMP",
+        "baseline",
+        "conditioned on the start, then on the end by IK; time of linear",
+        promp,
+        missing=why_missing,
+    ),
+    Row(
+        "nearest_reach",
+        "nearest reach",
+        "baseline",
+        "the nearest target's mean reach, start and end corrected; time of linear",
+        nearest_reach,
+    ),
+    _learned(
+        "latent",
+        "latent",
+        "joined",
+        "whole motions by Gaussian process, then the likeliest deviation to start and target",
+        "latent",
+    ),
+)

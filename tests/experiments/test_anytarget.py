@@ -1,0 +1,198 @@
+"""Prediction of targets left out: folds, floors, bootstrap, verdicts and the whole report."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from armsyn.experiments import anytarget
+from armsyn.experiments.anytarget_bootstrap import interval, target_differences
+from armsyn.experiments.anytarget_people import People, folds, load_garza, load_hug_mp
+from armsyn.experiments.anytarget_rows import ROWS, Row
+from armsyn.experiments.anytarget_run import Outcome, predict_all
+from armsyn.experiments.anytarget_scores import MEASURES
+from armsyn.experiments.anytarget_tables import differences_table, distances_table, over_floor
+from armsyn.experiments.settings import Settings
+from armsyn.experiments.tables import write
+from armsyn.motion.captures import load_captures
+from armsyn.scoring.floor import human_floor
+from armsyn.scoring.repeats import repeats_in
+from tests.experiments.conftest import silent
+
+BY_KEY = {row.key: row for row in ROWS}
+
+
+@pytest.fixture(scope="module")
+def people(captures: Path) -> People:
+    """Three reaches of two persons to each of seven targets."""
+    del captures
+    return load_hug_mp(("S01", "S02"), at_most=3)
+
+
+def made(people: People, key: str, held: float, kind: str = "baseline") -> Outcome:
+    """A row that is as far from every reach."""
+    scores = np.full((len(people.captured), len(MEASURES)), held)
+    row = Row(key, key, kind, "made up", BY_KEY["linear"].learn)  # type: ignore[arg-type]
+    examples = people.examples
+    return Outcome(row, people, "target", scores, examples.angles, examples.durations, 1e-3)
+
+
+def test_a_target_left_out_is_learned_from_the_persons_other_targets(people: People) -> None:
+    examples, found = people.examples, folds(people, "target")
+    assert len(found) == 14
+    assert sorted(row for fold in found for row in fold.tests) == list(range(examples.size))
+    for fold in found:
+        (place,) = {examples.places[row] for row in fold.tests}
+        assert {examples.subjects[row] for row in fold.train} == {fold.subject}
+        taught = {examples.places[row] for row in fold.train}
+        assert len(taught) == 6
+        assert place not in taught
+
+
+def test_a_person_left_out_is_learned_from_all_others(people: People) -> None:
+    for fold in folds(people, "subject"):
+        assert {people.examples.subjects[row] for row in fold.tests} == {fold.subject}
+        assert len(fold.tests) == 21
+        assert {people.examples.subjects[row] for row in fold.train} == {"S01", "S02"} - {
+            fold.subject
+        }
+
+
+def test_the_floor_is_that_of_scoring(people: People) -> None:
+    found = predict_all(people, "target", [BY_KEY["floor"]], 1, silent)["floor"]
+    captured = [(c.name, c.motion) for c in load_captures("hug_mp:S01:all")]
+    kept = [pair for pair in captured if pair[0] in people.examples.names]
+    floors = [human_floor(*repeats, as_cut=True).distance for _, repeats in repeats_in(kept)]
+    assert len(floors) == 21
+    np.testing.assert_allclose(found.of("held")[:21], floors, atol=2e-5)
+    trimmed = [human_floor(*repeats).distance for _, repeats in repeats_in(kept)]
+    np.testing.assert_allclose(found.of("held_trimmed")[:21], trimmed, atol=2e-5)
+
+
+def test_a_reach_to_itself_has_no_distance(people: People) -> None:
+    """What is predicted as it was captured is nowhere off, and as the person moves."""
+
+    class Known:
+        def __init__(self, examples: object) -> None:
+            del examples
+
+        def predict(self, starts: np.ndarray, targets: np.ndarray) -> object:
+            rows = [
+                int(np.argmin(np.abs(people.examples.targets - target).sum(axis=1)))
+                for target in targets
+            ]
+            np.testing.assert_array_equal(people.examples.starts[rows], starts)
+            return dataclasses.make_dataclass("Predicted", ["angles", "durations"])(
+                people.examples.angles[rows], people.examples.durations[rows]
+            )
+
+    row = Row("known", "known", "bound", "knows all", Known, "own")  # type: ignore[arg-type]
+    found = predict_all(people, "target", [row], 1, silent)["known"]
+    assert found.of("held").max() < 1e-3
+    assert found.of("endpoint").max() < 1e-9
+    assert found.of("direction").max() < 5e-3
+    np.testing.assert_array_equal(found.of("success"), 1.0)
+    np.testing.assert_allclose(found.of("log_time"), 0.0, atol=1e-12)
+    assert found.mean("profile_r") > 0.8
+
+
+def test_the_published_baseline_comes_out_on_all_reaches(captures: Path) -> None:
+    """scoring.md: floor 1.48 cm, linear 1.80 cm for S01."""
+    del captures
+    people = load_hug_mp(("S01",))
+    found = predict_all(people, "target", [BY_KEY["linear"]], 1, silent)
+    assert found["linear"].mean("held") == pytest.approx(0.0180, abs=0.0005)
+    assert found["linear"].mean("endpoint") < 1e-5
+
+
+def test_an_interval_of_equal_differences_is_a_point() -> None:
+    same = interval([np.full(7, 0.01), np.full(5, 0.03)], 0)
+    assert same == pytest.approx((0.02, 0.02, 0.02))
+    assert same.verdict == "ahead"
+    assert interval([np.full(7, -0.01)], 0).verdict == "behind"
+    assert interval([np.array([-0.01, 0.011, 0.0])], 0).verdict == "undecided"
+
+
+def test_an_interval_is_as_wide_as_theory_says() -> None:
+    """Percentile bootstrap of a mean: 1.96 standard deviations over sqrt(n), per stratum."""
+    rng = np.random.default_rng(1)
+    groups = [rng.normal(size=200), rng.normal(size=400)]
+    found = interval(groups, 5)
+    error = np.sqrt(sum(group.var() / group.size for group in groups)) / 2
+    assert found.high - found.low == pytest.approx(2 * 1.96 * error, rel=0.05)
+    assert found == interval(groups, 5)
+
+
+def test_differences_are_paired_by_target_within_a_person(people: People) -> None:
+    first, second = made(people, "first", 0.01), made(people, "second", 0.01)
+    place = people.of("S02", "R-9")
+    second.scores[place, MEASURES.index("held")] += [0.01, 0.02, 0.03]
+    one, two = target_differences(first, second)
+    np.testing.assert_allclose(one, 0.0)
+    assert sorted(two.tolist())[-2:] == pytest.approx([0.0, 0.02])
+    assert len(one) == len(two) == 7
+
+
+def test_the_verdict_comes_from_the_figures(people: People) -> None:
+    def said(**held: float) -> str:
+        kinds = {"floor": "reference", "linear": "baseline", "raw": "baseline", "bound": "bound"}
+        outcomes = {
+            key: made(people, key, value, kinds.get(key, "joined")) for key, value in held.items()
+        }
+        return str(differences_table(outcomes, 0).notes[-1])
+
+    best = said(floor=0.02, linear=0.023, raw=0.05, bound=0.01, latent=0.021)
+    assert best.startswith("Best: latent, 2.10 cm, 1.050 times the human floor: within the wanted")
+    assert "ahead of every" in best
+    beaten = said(floor=0.02, linear=0.023, raw=0.05, latent=0.0235)
+    assert beaten.startswith("Best: linear, 2.30 cm, 1.150 times the human floor: above the wanted")
+    assert "no row of this project beats this baseline" in beaten
+    tied = said(floor=0.02, linear=0.021, latent=0.021 - 1e-18)
+    assert "does not put it ahead of: linear" in tied or tied.startswith("Best: linear")
+    alone = said(linear=0.08, latent=0.07)
+    assert "floor" not in alone
+
+
+def test_floors_are_compared_person_by_person(people: People) -> None:
+    floor, row = made(people, "floor", 0.01, "reference"), made(people, "linear", 0.02)
+    floor.scores[people.of("S02")] *= 2
+    outcomes = {"floor": floor, "linear": row}
+    assert over_floor(row, outcomes) == pytest.approx((2 + 1) / 2)
+    rows = distances_table(outcomes).as_dict()["rows"]
+    assert [each["floors"] for each in rows] == pytest.approx([1.0, 1.5])
+
+
+@pytest.mark.usefixtures("captures")
+def test_the_whole_report_is_the_same_bytes_for_any_number_of_workers(
+    people: People, tmp_path: Path
+) -> None:
+    few = [BY_KEY[key] for key in ("floor", "other", "linear", "nearest_reach")]
+    few.append(BY_KEY["dmp"]._replace(missing=lambda: "not installed: made up"))
+    texts = []
+    for workers in (1, 2):
+        folder = tmp_path / str(workers)
+        folder.mkdir()
+        settings = Settings("small", 3, workers)
+        report = anytarget.run(settings, folder, silent, [people, load_garza(10)], few)
+        write(report, folder)
+        names = ("anytarget.json", "anytarget.md", "anytarget.png")
+        texts.append([(folder / name).read_bytes() for name in names])
+        assert b"ms a reach" not in texts[-1][1]
+    assert texts[0] == texts[1]
+    document = json.loads(texts[0][0])
+    tables = {table["title"]: table for table in document["tables"]}
+    within = tables["HuG-MP: leave one target out, within a person"]["rows"]
+    rows = {row["row"]: row for row in within}
+    assert rows["human floor"]["floors"] == pytest.approx(1.0)
+    assert "DMP" not in rows
+    listed = {row["row"]: row["what"] for row in tables["Rows"]["rows"]}
+    assert listed["DMP"] == "not installed: made up"
+    garza = tables["garza: leave one target out, within a person"]["rows"]
+    assert [row["row"] for row in garza] == ["linear", "nearest reach"]
+    assert all(row["floors"] is None for row in garza)
+    assert "HuG-MP: leave one person out" in tables
+    assert {row["loses"] for row in tables["HuG-MP: controls that must lose"]["rows"]} == {"yes"}
+    times = json.loads((tmp_path / "1" / "anytarget.times.json").read_text())
+    assert all(row["seconds"] > 0 for row in times["tables"][0]["rows"])
