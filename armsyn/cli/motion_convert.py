@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("source", metavar="IN")
+@click.argument("sources", metavar="IN...", nargs=-1, required=True)
 @click.argument("out", metavar="OUT", type=click.Path(path_type=Path))
 @reading_options
 @click.option(
@@ -31,14 +31,26 @@ if TYPE_CHECKING:
     help="Keep these, in this order: the end effector last.",
 )
 @click.option("--body", is_flag=True, help="Write the whole skeleton (always so for .bvh).")
+@click.option(
+    "--arm", metavar="NAME", help="Whose joints they are: makes a skeleton of an arm for .bvh."
+)
+@click.option("--task", metavar="TEXT", help="What the motions do, for .mcap, .parquet, .lerobot.")
+@click.option(
+    "--units",
+    type=click.Choice(["degrees", "radians", "normalised"]),
+    help="Of .lerobot: degrees by default; normalised is -100 to 100 of --arm's joint ranges.",
+)
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def convert(
-    source: str,
+    sources: tuple[str, ...],
     out: Path,
     fill_gaps: float | None,
     resample: float | None,
     landmarks: str | None,
     body: bool,
+    arm: str | None,
+    task: str | None,
+    units: str | None,
     as_json: bool,
     **given: Any,
 ) -> None:
@@ -46,35 +58,76 @@ def convert(
 
     Written are .csv and .npz (landmarks and angles; SI units, z up), .trc (landmarks; mm, y up)
     and, with the skeleton, .bvh (cm, y up) and, with --body, .npz.
-    """
-    from armsyn.errors import InputError
-    from armsyn.motion.formats import write_body, write_motion
 
-    reading = read(source, given)
+    For other programs, an arm's motions, many IN one OUT: .mcap (a ROS 2 bag: JointTrajectory and
+    JointState), .lerobot (a folder: LeRobotDataset v3.0), .parquet (one table). Of a recording
+    they have what was commanded and what was measured.
+    """
+    from armsyn.cli.motion_export import export
+    from armsyn.errors import InputError
+    from armsyn.motion.formats import EXPORTS, write_motion
+
+    changes = (fill_gaps, resample, landmarks)
+    if out.suffix.lower() in EXPORTS and not body:
+        from armsyn.cli.motion_episodes import episodes_in
+
+        episodes = episodes_in(sources, given, task or "", lambda m: _changed(m, *changes))
+        export(out, sources, episodes, arm, units, as_json)
+        return
+    if len(sources) > 1:
+        raise InputError(
+            f"{out}: holds one motion: name one file to write, or one of {', '.join(EXPORTS)}"
+        )
+    if task is not None or units is not None:
+        raise InputError(f"{out}: --task and --units are for {', '.join(EXPORTS)}")
+    reading = read(sources[0], given)
     if body or out.suffix.lower() == ".bvh":
-        if any(option is not None for option in (fill_gaps, resample, landmarks)):
-            raise InputError(
-                f"{out}: a whole skeleton is written as it is: leave out --fill-gaps, --resample"
-                " and --landmarks, or write its joints' positions without --body"
-            )
-        if reading.body is None:
-            raise InputError(f"{source}: no skeleton in it, only joint angles or landmarks")
-        write_body(out, reading.body)
-        motion = reading.body.as_motion()
-        left_out = _without_markers(reading)
+        reading = _with_body(sources[0], out, reading, arm, changes)
+        motion, left_out = _write_body(out, reading)
     else:
-        motion = _changed(reading, fill_gaps, resample, landmarks)
+        motion = _changed(reading.motion, *changes)
         write_motion(out, motion)
         left_out = _left_out(reading, motion, out)
-    _report(source, out, reading, motion, left_out, as_json)
+    _report(sources[0], out, reading, motion, left_out, as_json)
+
+
+def _with_body(
+    source: str, out: Path, reading: Reading, arm: str | None, changes: tuple[Any, ...]
+) -> Reading:
+    """Return a file's reading with its skeleton, or with that of the arm whose angles it has."""
+    import dataclasses
+
+    from armsyn.cli.motion_export import chain_of
+    from armsyn.errors import InputError
+    from armsyn.motion.formats import arm_bvh
+
+    if reading.body is None:
+        chain = chain_of(source, reading.motion, arm)
+        skeleton = arm_bvh.body_of(_changed(reading.motion, *changes), chain)
+        return dataclasses.replace(reading, body=skeleton, motion=skeleton.as_motion())
+    if arm is not None:
+        raise InputError(f"{source}: has a skeleton of its own: leave out --arm")
+    if any(change is not None for change in changes):
+        raise InputError(
+            f"{out}: a whole skeleton is written as it is: leave out --fill-gaps, --resample"
+            " and --landmarks, or write its joints' positions without --body"
+        )
+    return reading
+
+
+def _write_body(out: Path, reading: Reading) -> tuple[Motion, list[str]]:
+    from armsyn.motion.formats import write_body
+
+    assert reading.body is not None  # noqa: S101 - it has been looked for
+    write_body(out, reading.body)
+    return reading.body.as_motion(), _without_markers(reading)
 
 
 def _changed(
-    reading: Reading, fill_gaps: float | None, rate: float | None, names: str | None
+    motion: Motion, fill_gaps: float | None, rate: float | None, names: str | None
 ) -> Motion:
     from armsyn.motion import gaps, resample
 
-    motion = reading.motion
     if names is not None:
         motion = _kept(motion, [name.strip() for name in names.split(",")])
     if fill_gaps is not None:

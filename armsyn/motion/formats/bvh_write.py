@@ -41,7 +41,9 @@ def write(path: Path, body: BodyMotion) -> None:
     """
     step = float(body.time[-1] - body.time[0]) / (body.frames - 1)
     if np.abs(np.diff(body.time) - step).max() > 1e-3 * step:
-        raise FormatError(f"{path}: BVH has one frame time: resample the motion to an even rate")
+        raise FormatError(
+            f"{path}: BVH has one frame time: resample the motion to an even rate, --resample HZ"
+        )
     for name in body.skeleton.names:
         if " ".join(name.split()) != name or not name.isprintable() or set("{}") & set(name):
             raise FormatError(f"{path}: a joint of BVH cannot be named {name!r}: rename it")

@@ -41,6 +41,8 @@ class Episode:
         As measured, rad/s or m/s.
     facts : mapping of str to str
         More of where it comes from, such as ``arm``, ``port``, ``seed``.
+    rate_hz : float or None
+        Frames a second that were asked for, which the ticks of a recording miss by a little.
 
     Raises
     ------
@@ -54,6 +56,7 @@ class Episode:
     commanded: FloatArray | None = None
     velocity: FloatArray | None = None
     facts: Mapping[str, str] = field(default_factory=dict)
+    rate_hz: float | None = None
 
     def __post_init__(self) -> None:
         source = self.motion.source or "motion"
@@ -124,27 +127,24 @@ def episodes_of(given: Episodes, path: Path) -> Iterator[Episode]:
     Yields
     ------
     Episode
-        One at least; all with the same joints and landmarks, in the same order.
+        One at least; all with the same joints, in the same order.
 
     Raises
     ------
     FormatError
-        When there is none, or one has other joints or landmarks than the first.
+        When there is none, or one has other joints than the first.
     """
     several = [given] if isinstance(given, Motion | Episode) else given
-    first: Motion | None = None
+    first: tuple[str, ...] | None = None
     for number, one in enumerate(several):
         episode = Episode(one) if isinstance(one, Motion) else one
-        motion = episode.motion
-        first = first or motion
-        for part in ("joint_names", "landmark_names"):
-            names, expected = getattr(motion, part), getattr(first, part)
-            if names != expected:
-                what = part.removesuffix("_names")
-                raise FormatError(
-                    f"{path}: episode {number} ({motion.source or 'motion'}) has the {what}s"
-                    f" {', '.join(names) or 'none'}; the first has {', '.join(expected) or 'none'}"
-                )
+        names = episode.motion.joint_names
+        first = names if first is None else first
+        if names != first:
+            raise FormatError(
+                f"{path}: episode {number} ({episode.motion.source or 'motion'}) has the joints"
+                f" {', '.join(names) or 'none'}; the first has {', '.join(first) or 'none'}"
+            )
         yield episode
     if first is None:
         raise FormatError(f"{path}: no motion to write")

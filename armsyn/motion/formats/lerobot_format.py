@@ -6,14 +6,15 @@
     meta/stats.json                               of every feature, over all frames
     meta/tasks.parquet                            task (text, the pandas index), task_index
     meta/episodes/chunk-000/file-000.parquet      one row an episode: where its frames are
-    meta/armsyn.json                              units and origin: lerobot ignores it
+    meta/armsyn.json                              units and kinds: lerobot ignores it
     data/chunk-000/file-000.parquet               one row a frame, one row group an episode
 
 A frame has ``observation.state`` (the measured posture; of a plan the plan) and ``action`` (what
 the arm was told; see `armsyn.motion.formats.episodes.KINDS`), both with elements ``JOINT.pos``, as
 lerobot's own robots name them; ``timestamp`` (s from the episode's first frame: frame_index / fps)
-and the indices. An episode's row also says its ``armsyn/kind`` and ``armsyn/source``. Landmarks and
-measured velocities have no place here.
+and the indices. An episode's row also has its ``armsyn/kind``, ``armsyn/source`` and, as JSON,
+``armsyn/facts``, such as the port that a recording came from. Landmarks and measured velocities
+have no place here.
 
 Units. lerobot's robots with servos give degrees about the middle of the calibrated range
 (``use_degrees``, which its SO-100 and SO-101 arms always do since February 2026) or, as
@@ -80,7 +81,7 @@ def write(
     episodes : Motion, Episode, or an iterable of them
         With joint angles, all of the same joints. One is held at a time.
     fps : int, optional
-        Frames a second; the first motion's rate, if that is near a whole number.
+        Frames a second; the first episode's rate, if that is near a whole number.
     robot_type : str, optional
         What lerobot calls the robot; the first episode's fact ``arm`` by default.
     units : {"degrees", "radians", "normalised"}
@@ -124,7 +125,8 @@ def _whole_rate(path: Path, first: Episode, fps: int | None) -> int:
         if int(fps) != fps or not 0 < fps < 1e6:
             raise FormatError(f"{path}: {fps} frames a second: give a whole number, more than 0")
         return int(fps)
-    rate = 1 / float(np.median(np.diff(first.motion.time)))  # whatever ticks were missed
+    # The median step: whatever ticks were missed
+    rate = first.rate_hz or 1 / float(np.median(np.diff(first.motion.time)))
     whole = round(rate)
     if whole < 1 or abs(rate - whole) > _NEAR_WHOLE * rate:
         raise FormatError(
@@ -195,7 +197,6 @@ class _Dataset:
         self._stats = DatasetStats()
         self._tasks: dict[str, int] = {}
         self._kinds: dict[str, int] = {}
-        self._facts: dict[str, str | None] = {}
         self._interpolated = 0
         self._frames = 0
         self._episodes = 0
@@ -217,7 +218,7 @@ class _Dataset:
         stats = stats_of(columns)
         self._tables.add(columns, stats, task, episode)
         self._stats.add(stats)
-        self._remember(episode)
+        self._kinds[episode.kind] = self._kinds.get(episode.kind, 0) + 1
         self._frames += count
         self._episodes += 1
 
@@ -229,11 +230,6 @@ class _Dataset:
             return episode.action, episode.state
         self._interpolated += 1
         return interpolate(time, episode.action, at), interpolate(time, episode.state, at)
-
-    def _remember(self, episode: Episode) -> None:
-        self._kinds[episode.kind] = self._kinds.get(episode.kind, 0) + 1
-        for name, value in episode.facts.items():
-            self._facts[name] = value if self._facts.get(name, value) == value else None
 
     def write_meta(self, robot_type: str | None) -> None:
         """Write what is known once all frames are."""
@@ -265,7 +261,6 @@ class _Dataset:
             "ranges": self._scale.ranges,
             "episodes_of_kind": self._kinds,
             "interpolated_episodes": self._interpolated,
-            "facts": {name: value or "several" for name, value in self._facts.items()},
         }
         for name, document in (
             *(("info", info), ("stats", self._stats.as_json()), ("armsyn", origin)),

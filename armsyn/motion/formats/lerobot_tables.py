@@ -79,6 +79,7 @@ class Tables:
                 },
                 "armsyn/kind": episode.kind,
                 "armsyn/source": episode.motion.source,
+                "armsyn/facts": json.dumps(dict(episode.facts), ensure_ascii=False),
             }
         )
         self._frames += count

@@ -73,7 +73,7 @@ def _row_groups(pa: Any, path: Path, episodes: Episodes) -> Iterator[Any]:
         if table.schema != schema:
             raise FormatError(
                 f"{path}: episode {number} ({episode.motion.source or 'motion'}) has other columns"
-                " than the first: write recordings and other motions apart"
+                " than the first: write recordings and other motions, and other landmarks, apart"
             )
         waiting.append(table)
         rows += table.num_rows

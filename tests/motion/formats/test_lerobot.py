@@ -152,7 +152,8 @@ def test_action_is_commanded_and_state_measured_in_degrees(tmp_path: Path) -> No
     assert origin["schema"] == "armsyn-lerobot-1"
     assert origin["units"] == dict.fromkeys(JOINTS, "degrees")
     assert origin["episodes_of_kind"] == {"recorded": 1}
-    assert origin["facts"] == {"arm": "koch", "port": "/dev/pts/7", "simulated": "yes"}
+    (facts,) = found.episodes["armsyn/facts"].to_pylist()
+    assert json.loads(facts) == {"arm": "koch", "port": "/dev/pts/7", "simulated": "yes"}
     assert found.episodes["armsyn/kind"].to_pylist() == ["recorded"]
     assert found.episodes["armsyn/source"].to_pylist() == ["motion 0"]
 
@@ -161,7 +162,7 @@ def test_a_plan_says_that_it_is_one(tmp_path: Path) -> None:
     found = written(tmp_path, [plan(0), Episode(motion(1), "observed", facts={"seed": "8"})])
     np.testing.assert_array_equal(found.array("action"), found.array("observation.state"))
     assert found.episodes["armsyn/kind"].to_pylist() == ["planned", "observed"]
-    assert found.json("armsyn")["facts"] == {"seed": "several"}
+    assert found.episodes["armsyn/facts"].to_pylist() == ['{"seed": "7"}', '{"seed": "8"}']
     assert found.tasks.index.tolist() == ["reach target 0", "move the arm"]
 
 
@@ -223,6 +224,14 @@ def test_late_ticks_are_interpolated_and_counted(tmp_path: Path) -> None:
     assert found.episodes["length"].to_pylist() == [100, 9]
     first = found.array("action")[:100, 0]
     np.testing.assert_allclose(first, np.rad2deg(np.arange(100) / 25), rtol=1e-6)
+
+
+def test_the_rate_that_was_asked_for_counts(tmp_path: Path) -> None:
+    time = np.cumsum(np.random.default_rng(6).uniform(0.015, 0.02, 60))
+    late = Motion(time, ("a",), np.zeros((60, 1)))
+    found = written(tmp_path, Episode(late, rate_hz=60.0))
+    assert found.info["fps"] == 60
+    assert found.array("timestamp").max() <= late.duration
 
 
 def test_another_rate_can_be_told(tmp_path: Path) -> None:

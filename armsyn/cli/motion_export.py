@@ -1,0 +1,175 @@
+"""`armsyn motion convert` to what holds an arm's motions for other programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from armsyn.arm import ArmDescription
+    from armsyn.kinematics import SerialChain
+    from armsyn.motion import Motion
+    from armsyn.motion.formats import Episode
+
+
+class Written:
+    """What has gone by on its way into a file."""
+
+    def __init__(self) -> None:
+        self.episodes = 0
+        self.frames = 0
+        self.kinds: dict[str, int] = {}
+        self.joints: tuple[str, ...] = ()
+        self.landmarks = 0
+        self.filled = False
+        self.made: dict[str, Any] = {}
+
+    def counted(self, episodes: Iterable[Episode]) -> Iterator[Episode]:
+        """Give episodes on, and count them."""
+        for episode in episodes:
+            self.episodes += 1
+            self.frames += episode.motion.frames
+            self.kinds[episode.kind] = self.kinds.get(episode.kind, 0) + 1
+            self.joints = episode.motion.joint_names
+            self.landmarks = len(episode.motion.landmark_names)
+            self.filled |= episode.motion.filled is not None
+            yield episode
+
+    def look_into(self, dataset: Path) -> None:
+        """Take over what a LeRobotDataset has made of the frames."""
+        info, origin = (
+            json.loads((dataset / "meta" / f"{name}.json").read_text("utf-8"))
+            for name in ("info", "armsyn")
+        )
+        self.frames = info["total_frames"]
+        units = "/".join(sorted(set(origin["units"].values())))
+        self.made = {"fps": info["fps"], "units": units}
+        self.made["interpolated_episodes"] = origin["interpolated_episodes"]
+
+    def left_out(self, suffix: str) -> list[str]:
+        """Name what a format has no place for."""
+        found = []
+        if suffix != ".parquet" and self.landmarks:
+            found.append(f"{self.landmarks} landmarks")
+        if suffix == ".parquet" and self.filled:
+            found.append("marks of what was filled in")
+        return found
+
+
+def export(
+    out: Path,
+    sources: tuple[str, ...],
+    episodes: Iterable[Episode],
+    arm: str | None,
+    units: str | None,
+    as_json: bool,
+) -> None:
+    """Write episodes as the file or folder OUT, and say what was written.
+
+    Parameters
+    ----------
+    out : Path
+        With a suffix of `armsyn.motion.formats.EXPORTS`.
+    sources : tuple of str
+        Where they come from, for the report.
+    episodes : iterable of Episode
+    arm : str or None
+        Name of a described arm, whose joints they are.
+    units : str or None
+        Of a LeRobotDataset.
+    as_json : bool
+
+    Raises
+    ------
+    InputError
+        When units are told for another format, or something cannot be read or written.
+    """
+    from armsyn.errors import InputError
+    from armsyn.motion.formats import write_episodes
+
+    suffix, written = out.suffix.lower(), Written()
+    options: dict[str, Any] = {}
+    if suffix == ".lerobot":
+        options = _of_lerobot(arm, units)
+    elif units is not None:
+        raise InputError(f"{out}: --units is for .lerobot: {suffix} has radians and metres")
+    write_episodes(out, written.counted(episodes), **options)
+    if suffix == ".lerobot":
+        written.look_into(out)
+    _report(out, sources, written, as_json)
+
+
+def _of_lerobot(arm: str | None, units: str | None) -> dict[str, Any]:
+    options: dict[str, Any] = {"units": units or "degrees"}
+    if arm is not None:
+        joints = described(arm).joint
+        options["robot_type"] = arm
+        options["prismatic"] = [joint.name for joint in joints if joint.kind == "prismatic"]
+        options["ranges"] = {joint.name: (joint.lower, joint.upper) for joint in joints}
+    return options
+
+
+def described(arm: str) -> ArmDescription:
+    """Return the description of an arm with its own zeros."""
+    from armsyn.arm import load_arm
+
+    return load_arm(arm, calibrated=False)
+
+
+def chain_of(source: str, motion: Motion, arm: str | None) -> SerialChain:
+    """Return the kinematics of the arm that a motion is of.
+
+    Parameters
+    ----------
+    source : str
+        Its file, for messages and, if it is a recording, the arm's name.
+    motion : Motion
+    arm : str or None
+        The arm's name, if it was told.
+
+    Raises
+    ------
+    InputError
+        When it is not known which arm it is, or there is no such arm.
+    """
+    from armsyn.errors import InputError
+    from armsyn.motion.formats import split_take
+    from armsyn.motion.formats.archive import opened
+
+    path, _ = split_take(source)
+    if arm is None and path.suffix.lower() == ".npz":
+        with opened(path) as archive:
+            arm = archive.text("arm") if "arm" in archive.keys else None
+    if arm is None:
+        raise InputError(
+            f"{source}: no skeleton in it, only"
+            f" {'joint angles' if motion.angles is not None else 'landmarks'}: of an arm's angles,"
+            " --arm NAME makes one"
+        )
+    return described(arm).chain
+
+
+def _report(out: Path, sources: tuple[str, ...], written: Written, as_json: bool) -> None:
+    left_out = written.left_out(out.suffix.lower())
+    if as_json:
+        document = {
+            **{"in": list(sources), "out": str(out), "episodes": written.episodes},
+            **{"frames": written.frames, "joints": len(written.joints)},
+            **{"kinds": written.kinds, **written.made, "left_out": left_out},
+        }
+        click.echo(json.dumps(document, indent=2, allow_nan=False))
+        return
+    kinds = ", ".join(f"{count} {kind}" for kind, count in written.kinds.items())
+    click.echo(
+        f"{out}: {written.episodes} {'episode' if written.episodes == 1 else 'episodes'} ({kinds}),"
+        f" {written.frames} frames, {len(written.joints)} joints"
+    )
+    if written.made:
+        fps, units, brought = written.made.values()
+        click.echo(f"{out}: {fps} frames a second, {units}; {brought} interpolated to that rate")
+    for part in left_out:
+        click.echo(f"{out}: left out: {part}")
