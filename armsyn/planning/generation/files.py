@@ -1,0 +1,154 @@
+"""How a batch of reaches is written: one file (or folder) a chunk, in the format that is asked for.
+
+npz and CSV hold many reaches in few arrays: ``index`` (of each reach), ``first`` (frame where each
+begins, the last where all end), ``angles`` (all frames, one after another), and what is known of
+each reach. The other formats are those of `armsyn.motion.formats`, a reach an episode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from armsyn.arm import ArmDescription
+from armsyn.errors import InputError, meant
+from armsyn.motion import Motion
+from armsyn.motion.formats import arm_bvh, write_episodes
+from armsyn.motion.formats.episodes import Episode
+from armsyn.motion.formats.files import new_folder, replacing
+from armsyn.planning.generation.batch import Batch
+from armsyn.planning.generation.pacing import Paced
+
+PLANNED = "planned, not measured: no arm or person moved so"
+
+PARTS = ".npz"
+"""What a format that needs all reaches at once is gathered from."""
+
+
+def write_npz(path: Path, batch: Batch, arm: ArmDescription) -> None:
+    """Write a batch as a numpy archive.
+
+    Parameters
+    ----------
+    path : Path
+        It appears whole or not at all.
+    batch : Batch
+    arm : ArmDescription
+
+    Raises
+    ------
+    InputError
+        When it cannot be written.
+    """
+    paced = batch.paced
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        np.savez(
+            file,
+            allow_pickle=False,
+            schema=np.array("armsyn-reaches-1"),
+            what=np.array(PLANNED),
+            joints=np.array(arm.joint_names),
+            rate_hz=np.array(paced.rate_hz),
+            index=batch.index,
+            first=paced.first,
+            angles=paced.paths,
+            target=batch.targets,
+            hand=batch.hands,
+            duration=batch.durations,
+            time_scale=paced.scales,
+            outside=batch.outside,
+        )
+
+
+def read_npz(path: Path) -> Batch:
+    """Read what `write_npz` wrote; refusals are not in it."""
+    with np.load(path, allow_pickle=False) as archive:
+        paced = Paced(
+            archive["angles"], archive["first"], archive["time_scale"], float(archive["rate_hz"])
+        )
+        return Batch(
+            archive["index"],
+            archive["target"],
+            archive["hand"],
+            archive["duration"],
+            archive["outside"],
+            paced,
+            refused=(),
+        )
+
+
+def write_csv(path: Path, batch: Batch, arm: ArmDescription) -> None:
+    """Write a batch as a table with a row a frame: reach, time (s), and the joints (rad or m)."""
+    paced = batch.paced
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        file.write(f"# {PLANNED}\n" + ",".join(["reach", "time", *arm.joint_names]) + "\n")
+        for row, index in enumerate(batch.index.tolist()):
+            lines = [
+                f"{index},{frame / paced.rate_hz:.6g}," + ",".join(f"{x:.10g}" for x in angles)
+                for frame, angles in enumerate(paced.path(row).tolist())
+            ]
+            file.write("\n".join(lines) + "\n")
+
+
+def write_bvh(path: Path, batch: Batch, arm: ArmDescription) -> None:
+    """Write a folder with the arm's skeleton in a BVH file for every reach."""
+    with new_folder(path) as folder:
+        for index, episode in zip(batch.index.tolist(), episodes_of(batch, arm), strict=True):
+            arm_bvh.write(folder / f"reach-{index:09d}.bvh", episode.motion, arm.chain)
+
+
+def write_exported(path: Path, batch: Batch, arm: ArmDescription) -> None:
+    """Write a batch as the episodes of one file; its suffix says the format."""
+    write_episodes(path, episodes_of(batch, arm))
+
+
+def episodes_of(batch: Batch, arm: ArmDescription) -> Iterator[Episode]:
+    """Give the reaches of a batch one by one.
+
+    Parameters
+    ----------
+    batch : Batch
+    arm : ArmDescription
+
+    Yields
+    ------
+    Episode
+        With the arm's landmarks and, as facts, the index and where the hand ends.
+    """
+    rows = list(arm.landmark_frames)
+    for row, index in enumerate(batch.index.tolist()):
+        angles = batch.paced.path(row)
+        x, y, z = batch.targets[row].tolist()
+        motion = Motion(
+            time=np.arange(len(angles)) / batch.paced.rate_hz,
+            joint_names=arm.joint_names,
+            angles=angles,
+            landmark_names=tuple(arm.landmarks),
+            landmarks=arm.chain.positions(angles)[:, rows],
+            source=f"reach {index}, planned for {arm.name}",
+        )
+        yield Episode(
+            motion, "planned", f"reach to ({x:.4f}, {y:.4f}, {z:.4f}) m", facts={"arm": arm.name}
+        )
+
+
+FORMATS: Mapping[str, tuple[str, Callable[[Path, Batch, ArmDescription], None]]] = {
+    "npz": (".npz", write_npz),
+    "csv": (".csv", write_csv),
+    "parquet": (".parquet", write_exported),
+    "mcap": (".mcap", write_exported),
+    "lerobot": (PARTS, write_npz),
+    "bvh": ("", write_bvh),
+}
+"""Suffix of a chunk, and what writes it. A dataset of lerobot is gathered from parts at the end."""
+
+
+def checked_format(name: str) -> str:
+    """Return the name of a format that is written; InputError for any other."""
+    if name not in FORMATS:
+        raise InputError(
+            f"no format '{name[:40]}'{meant(name, FORMATS)}: use one of {', '.join(FORMATS)}"
+        )
+    return name

@@ -1,0 +1,271 @@
+"""A whole generation: chunks spread over processes, gathered, and described by a manifest."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import shutil
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from armsyn.errors import InputError
+from armsyn.motion.formats.episodes import Episode
+from armsyn.motion.formats.files import replacing
+from armsyn.planning.generation import chunks
+from armsyn.planning.generation.chunks import NOTES, TOKEN, Order
+from armsyn.planning.generation.cluster import each_on_cluster
+from armsyn.planning.generation.files import FORMATS, PLANNED, episodes_of, read_npz
+from armsyn.synergy.parallel import checked_workers, each
+
+SCHEMA = "armsyn-reaches-1"
+MANIFEST, REFUSALS, DATASET = "manifest.json", "refusals.csv", "dataset.lerobot"
+COLUMNS = ("index", "x", "y", "z", "kind", "reason")
+
+OnProgress = Callable[[str, int, int, str], None]
+
+
+@dataclass
+class Report:
+    """What a generation came to.
+
+    Attributes
+    ----------
+    asked, made : int
+        Reaches.
+    chunks, done : int
+    frames, outside : int
+        Frames made, and reaches made to targets outside the captured workspace.
+    slowed : float
+        Mean of kappa, the times as long that reaches take than people would.
+    refused : Counter
+        Refused reaches by kind.
+    failed : str
+        Why it ended early; empty for one that is whole.
+    """
+
+    asked: int
+    chunks: int
+    made: int = 0
+    done: int = 0
+    frames: int = 0
+    outside: int = 0
+    slowed: float = 0.0
+    refused: Counter[str] = field(default_factory=Counter)
+    failed: str = ""
+
+    @property
+    def complete(self) -> bool:
+        """Whether every reach is made or refused."""
+        return self.done == self.chunks and not self.failed
+
+    def add(self, note: Mapping[str, Any]) -> None:
+        """Count a chunk that is done."""
+        self.slowed = (self.slowed * self.made + note["slowed"]) / max(
+            self.made + note["reaches"], 1
+        )
+        self.made += note["reaches"]
+        self.done += 1
+        self.frames += note["frames"]
+        self.outside += note["outside"]
+        self.refused.update(refusal[2] for refusal in note["refused"])
+
+    def as_document(self) -> dict[str, Any]:
+        """Return it as JSON has it."""
+        return {
+            "complete": self.complete,
+            "reaches_asked": self.asked,
+            "reaches_made": self.made,
+            "reaches_refused": dict(sorted(self.refused.items())),
+            "outside_captured_workspace": self.outside,
+            "frames": self.frames,
+            "mean_time_scale": self.slowed,
+        }
+
+
+def digest_of(inputs: Mapping[str, Any]) -> str:
+    """Digest of what a generation is made from: names of options and inputs with their values."""
+    return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def generate(
+    order: Order,
+    inputs: Mapping[str, Any],
+    *,
+    workers: int | None = None,
+    cluster: str | None = None,
+    resume: bool = False,
+    on_progress: OnProgress = lambda *_: None,
+) -> Report:
+    """Make all reaches of an order.
+
+    Parameters
+    ----------
+    order : Order
+        Its digest is that of `inputs`.
+    inputs : mapping
+        What the manifest says that the reaches are made from.
+    workers : int, optional
+        Processes on this machine; as many as cores, where there is work for them.
+    cluster : str, optional
+        Address of a scheduler of dask.distributed, ``tcp://HOST:PORT``, instead.
+    resume : bool
+        Whether to go on with what the folder holds.
+    on_progress : callable
+        Given a stage's name, how much is done, of how much, and a remark.
+
+    Returns
+    -------
+    Report
+        Of one that was interrupted, or found no room, `failed` says why; what was finished is
+        there, and the manifest says that it is not all.
+
+    Raises
+    ------
+    InputError
+        A folder with other things in it, or that cannot be written; workers that do not see it.
+    """
+    _prepare(order, inputs, resume=resume)
+    report = Report(order.recipe.size, order.count)
+    missing = []
+    for number in range(order.count):
+        if (note := chunks.noted(order, number)) is None:
+            missing.append(number)
+        else:
+            report.add(note)
+    try:
+        for note in _made(order, missing, workers, cluster):
+            report.add(note)
+            made = f"{report.made} reaches, {sum(report.refused.values())} refused"
+            on_progress("chunks", report.done, report.chunks, made)
+        if report.complete and order.format == "lerobot":
+            _gather(order, on_progress)
+    except KeyboardInterrupt:
+        report.failed = "interrupted"
+    except InputError as error:
+        report.failed = str(error)
+    _finish(order, inputs, report)
+    return report
+
+
+def _made(
+    order: Order, missing: list[int], workers: int | None, cluster: str | None
+) -> Iterator[dict[str, Any]]:
+    if cluster is not None:
+        yield from each_on_cluster(cluster, chunks.sent_order(order), missing)
+        return
+    worth = min(len(missing), 1 + len(missing) * order.chunk // _WORTH_A_PROCESS)
+    count = checked_workers(workers, worth)
+    if count == 1:
+        for number in missing:
+            yield chunks.make_chunk(order, number)
+        return
+    work = partial(chunks.make_chunk_of, chunks.sent_order(order))
+    for _, note in each(work, missing, count):
+        yield note
+
+
+_WORTH_A_PROCESS = 20_000
+"""Reaches that are worth starting another process for: two seconds."""
+
+
+def _prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
+    """Make the folder, or look whether it is one to go on with."""
+    folder = Path(order.folder)
+    token = folder / NOTES / TOKEN
+    manifest = folder / MANIFEST
+    if folder.exists() and any(folder.iterdir()):
+        known = token if token.exists() else manifest
+        try:
+            digest = json.loads(known.read_text(encoding="utf-8"))["digest"]
+        except (OSError, ValueError, KeyError, TypeError):
+            raise InputError(f"{folder}: has other things in it: name a new folder") from None
+        if digest != order.digest:
+            raise InputError(f"{folder}: holds reaches made from something else: name a new folder")
+        if not token.exists():
+            raise InputError(f"{folder}: these reaches are all there: nothing to do")
+        if not resume:
+            raise InputError(f"{folder}: holds a part of these reaches: --resume goes on with it")
+        for left in folder.glob(".reaches-*"):  # of a process that was killed
+            chunks.remove(left)
+        return
+    try:
+        token.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot make it: {error.strerror}") from error
+    with replacing(token) as temporary:
+        said = {"digest": order.digest, "inputs": inputs}
+        temporary.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+
+
+def _gather(order: Order, on_progress: OnProgress) -> None:
+    """Write the dataset of lerobot from its parts, a part at a time in memory."""
+    from armsyn.motion.formats import lerobot_format  # noqa: PLC0415  an extra
+
+    def episodes() -> Iterator[Episode]:
+        for number in range(order.count):
+            if order.file(number).exists():
+                yield from episodes_of(read_npz(order.file(number)), order.recipe.arm)
+            on_progress("dataset", number + 1, order.count, "")
+
+    folder = Path(order.folder) / DATASET
+    if folder.exists():
+        chunks.remove(folder)
+    lerobot_format.write(folder, episodes(), robot_type=order.recipe.arm.name)
+
+
+def _finish(order: Order, inputs: Mapping[str, Any], report: Report) -> None:
+    """Write refusals and manifest; take the notes away when nothing is left to do."""
+    folder = Path(order.folder)
+    try:
+        _write_refusals(order)
+        _write_manifest(order, inputs, report)
+    except InputError as error:  # a full disk: the chunks are there, and so are their notes
+        report.failed = report.failed or str(error)
+        return
+    if report.complete:
+        if order.format == "lerobot":
+            for number in range(order.count):
+                order.file(number).unlink(missing_ok=True)
+        shutil.rmtree(folder / NOTES)
+
+
+def _write_refusals(order: Order) -> None:
+    path = Path(order.folder) / REFUSALS
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(COLUMNS)
+        for note in chunks.notes_of(order):
+            table.writerows([index, *place, *why] for index, place, *why in note["refused"])
+
+
+def _write_manifest(order: Order, inputs: Mapping[str, Any], report: Report) -> None:
+    whole = order.format == "lerobot" and report.complete
+    files = [] if whole else list(_files(order))
+    if whole:
+        folder = Path(order.folder) / DATASET
+        files = [{"file": DATASET, "reaches": report.made, "sha256": chunks.checksum(folder)}]
+    manifest = {
+        "schema": SCHEMA,
+        "what": PLANNED,
+        "digest": order.digest,
+        "inputs": inputs,
+        **report.as_document(),
+        "files": files,
+    }
+    with replacing(Path(order.folder) / MANIFEST) as temporary:
+        text = json.dumps(manifest, indent=1, allow_nan=False, ensure_ascii=False)
+        temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def _files(order: Order) -> Iterator[dict[str, Any]]:
+    for note in chunks.notes_of(order):
+        if note["file"] is not None:
+            yield {key: note[key] for key in ("file", "first", "reaches", "frames", "sha256")}
+
+
+__all__ = ["FORMATS", "Report", "digest_of", "generate"]

@@ -1,0 +1,239 @@
+"""Where the reaches go: a file's targets, a grid's, or random ones, each known by its index."""
+
+from __future__ import annotations
+
+import array
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.errors import FormatError, InputError
+from armsyn.planning.generation.chance import uniform
+from armsyn.planning.hull import Hull
+
+FloatArray = NDArray[np.float64]
+
+MOST_TARGETS = 100_000_000
+LONGEST_LINE = 10_000
+TRIES = 16
+"""Places that are drawn for a random target; the first inside the captured workspace is taken."""
+
+
+class Targets(Protocol):
+    """Targets by index."""
+
+    @property
+    def size(self) -> int:
+        """How many."""
+
+    def some(self, first: int, last: int) -> tuple[FloatArray, FloatArray | None]:
+        """Return targets `first` to `last`, which is not included.
+
+        Returns
+        -------
+        targets : array, shape (m, 3)
+            Base frame, m.
+        starts : array, shape (m, n), or None
+            The postures to start from, rad or m; None for the arm's own.
+        """
+
+
+@dataclass(frozen=True)
+class ListedTargets:
+    """Targets as they stand in a file.
+
+    Parameters
+    ----------
+    targets : array, shape (N, 3)
+        m.
+    starts : array, shape (N, n), or None
+        rad or m.
+    """
+
+    targets: FloatArray
+    starts: FloatArray | None = None
+
+    @property
+    def size(self) -> int:
+        """How many."""
+        return len(self.targets)
+
+    def some(self, first: int, last: int) -> tuple[FloatArray, FloatArray | None]:
+        """See `Targets.some`."""
+        return self.targets[first:last], None if self.starts is None else self.starts[first:last]
+
+
+@dataclass(frozen=True)
+class GridTargets:
+    """Every combination of places along x, y and z; z changes fastest.
+
+    Parameters
+    ----------
+    axes : 3-tuple of (float, float, int)
+        First and last place, m, and how many.
+    """
+
+    axes: tuple[tuple[float, float, int], ...]
+
+    @property
+    def size(self) -> int:
+        """How many."""
+        return math.prod(count for _, _, count in self.axes)
+
+    def some(self, first: int, last: int) -> tuple[FloatArray, None]:
+        """See `Targets.some`."""
+        places = np.unravel_index(np.arange(first, last), [count for _, _, count in self.axes])
+        lines = [np.linspace(low, high, count) for low, high, count in self.axes]
+        return np.stack([line[at] for line, at in zip(lines, places, strict=True)], axis=1), None
+
+
+@dataclass(frozen=True)
+class RandomTargets:
+    """Places drawn evenly from a box, or from a hull inside it.
+
+    Parameters
+    ----------
+    size : int
+    seed : int
+    lower, upper : array, shape (3,)
+        m.
+    hull : Hull or None
+        The captured workspace. Where `TRIES` places miss it, the last of them is taken.
+    """
+
+    size: int
+    seed: int
+    lower: FloatArray
+    upper: FloatArray
+    hull: Hull | None = None
+
+    def some(self, first: int, last: int) -> tuple[FloatArray, None]:
+        """See `Targets.some`; a target depends on seed and index only."""
+        tries = TRIES if self.hull is not None else 1
+        drawn = uniform(self.seed, "targets", first, last, 3 * tries).reshape(-1, tries, 3)
+        places = self.lower + drawn * (self.upper - self.lower)
+        chosen = np.full(last - first, tries - 1)
+        if self.hull is not None:
+            left = np.arange(last - first)
+            for row in range(tries - 1):
+                inside = self.hull.outside(places[left, row]) == 0.0
+                chosen[left[inside]] = row
+                left = left[~inside]
+        return places[np.arange(last - first), chosen], None
+
+
+def checked_axis(text: str) -> tuple[float, float, int]:
+    """Read FIRST:LAST:COUNT (m), or one place.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    parts = text.split(":")
+    try:
+        first, last, number = parts if len(parts) > 1 else (text, text, "1")
+        low, high, count = float(first), float(last), int(number)
+    except ValueError:
+        raise InputError(
+            f"'{text[:40]}' is no FIRST:LAST:COUNT of metres, such as 0.2:0.5:7, nor one place"
+        ) from None
+    if not (math.isfinite(low) and math.isfinite(high)) or count < 1:
+        raise InputError(f"'{text[:40]}' must be finite places, and one at least")
+    return low, high, count
+
+
+def read_targets(path: Path, joints: tuple[str, ...]) -> ListedTargets:
+    """Read a file of targets: x, y, z in metres in every line, by commas or blanks.
+
+    Empty lines and what follows a ``#`` count for nothing. A first line may name the columns: x, y
+    and z, and, to start elsewhere than the arm's rest posture, all of its joints (rad or m).
+
+    Parameters
+    ----------
+    path : Path
+    joints : tuple of str
+        Of the arm.
+
+    Returns
+    -------
+    ListedTargets
+
+    Raises
+    ------
+    FormatError
+        When it cannot be read, or a line is not as above: the message has its number.
+    """
+    columns: list[int] | None = None
+    numbers = array.array("d")
+    for number, fields in _lines(path):
+        where = f"{path}, line {number}"
+        if columns is None:
+            columns, is_header = _columns(where, fields, joints)
+            if is_header:
+                continue
+        if len(fields) != len(columns):
+            raise FormatError(f"{where}: {len(fields)} numbers, expected {len(columns)}")
+        numbers.extend(_number(where, fields[column]) for column in columns)
+    if not numbers or columns is None:
+        raise FormatError(f"{path}: no targets in it")
+    table = np.frombuffer(numbers, dtype=np.float64).reshape(-1, len(columns))
+    return ListedTargets(table[:, :3], table[:, 3:] if len(columns) > 3 else None)
+
+
+def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Number and fields of every line that says something."""
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            for number, line in enumerate(iter(lambda: file.readline(LONGEST_LINE), ""), 1):
+                if len(line) == LONGEST_LINE and not line.endswith("\n"):
+                    raise FormatError(f"{path}, line {number}: longer than any line of targets")
+                said = line.partition("#")[0].strip()
+                if said:
+                    yield (
+                        number,
+                        said.replace(",", " ").split()
+                        if "," not in said
+                        else [field.strip() for field in said.split(",")],
+                    )
+    except OSError as error:
+        raise FormatError(f"{path}: cannot read it: {error.strerror}") from error
+    except UnicodeDecodeError:
+        raise FormatError(f"{path}: not a text file of targets") from None
+
+
+def _columns(where: str, fields: list[str], joints: tuple[str, ...]) -> tuple[list[int], bool]:
+    """Column of x, y, z and of every joint, and whether this line names them."""
+    if not all(field and not field[0].isdigit() and field[0] not in "+-." for field in fields):
+        if len(fields) == 3:
+            return [0, 1, 2], False
+        raise FormatError(
+            f"{where}: {len(fields)} numbers, expected x y z in metres; further columns need a"
+            " first line that names them"
+        )
+    if any(field.lower() in ("nan", "inf", "infinity") for field in fields):
+        raise FormatError(f"{where}: a target is 3 finite numbers of metres")
+    names = [field.lower() if field.lower() in ("x", "y", "z") else field for field in fields]
+    wanted = ["x", "y", "z", *joints] if len(names) > 3 else ["x", "y", "z"]
+    if sorted(names) != sorted(wanted):
+        odd = sorted(set(names) ^ set(wanted))
+        raise FormatError(
+            f"{where}: columns are x, y, z, or those and all joints of the arm"
+            f" ({', '.join(joints)}); {', '.join(odd)[:100] or 'one is there twice'} does not fit"
+        )
+    return [names.index(name) for name in wanted], True
+
+
+def _number(where: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise FormatError(f"{where}: '{text[:40]}' is not a number") from None
+    if not math.isfinite(value):
+        raise FormatError(f"{where}: '{text[:40]}' is not a finite number")
+    return value
