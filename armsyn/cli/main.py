@@ -24,6 +24,7 @@ COMMANDS = {
     "edit": "Learn the pattern of motions, and bend one to constraints without leaving it.",
     "experiment": "Repeat a figure or case of the papers on captured motions.",
     "find-port": "Find the serial port that an arm is plugged into.",
+    "generate": "Make reaches by the thousand, each checked, in files for other tools.",
     "grip": "Open or close the gripper, to a width or until it holds something.",
     "jog": "Move JOINT by DEGREES (at most 45, negative backwards), slowly; then hold.",
     "learn": "Learn an arm's synergies from captured reaches.",

@@ -182,4 +182,3 @@ def _kept(paced: Paced, good: NDArray[np.bool_]) -> Paced:
     lengths = paced.lengths
     first = np.concatenate([[0], np.cumsum(lengths[good])])
     return Paced(paced.paths[np.repeat(good, lengths)], first, paced.scales[good], paced.rate_hz)
-

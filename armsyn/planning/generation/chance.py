@@ -37,7 +37,7 @@ def uniform(seed: int, purpose: str, first: int, last: int, count: int) -> Float
     key = hashlib.blake2b(f"{seed}:{purpose}".encode(), digest_size=16).digest()
     bits = np.random.Philox(key=int.from_bytes(key, "little")).advance(first * blocks)
     raw = bits.random_raw((last - first) * blocks * _A_BLOCK).reshape(last - first, -1)
-    return ((raw[:, :count] >> np.uint64(12)) + 0.5) * 2.0**-52
+    return ((raw[:, :count] >> np.uint64(12)).astype(np.float64) + 0.5) * 2.0**-52
 
 
 def normal(seed: int, purpose: str, first: int, last: int, count: int) -> FloatArray:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import array
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from armsyn.errors import FormatError, InputError
 from armsyn.planning.generation.chance import uniform
@@ -100,7 +100,7 @@ class RandomTargets:
     ----------
     size : int
     seed : int
-    lower, upper : array, shape (3,)
+    lower, upper : array_like, shape (3,)
         m.
     hull : Hull or None
         The captured workspace. Where `TRIES` places miss it, the last of them is taken.
@@ -108,15 +108,16 @@ class RandomTargets:
 
     size: int
     seed: int
-    lower: FloatArray
-    upper: FloatArray
+    lower: ArrayLike
+    upper: ArrayLike
     hull: Hull | None = None
 
     def some(self, first: int, last: int) -> tuple[FloatArray, None]:
         """See `Targets.some`; a target depends on seed and index only."""
         tries = TRIES if self.hull is not None else 1
         drawn = uniform(self.seed, "targets", first, last, 3 * tries).reshape(-1, tries, 3)
-        places = self.lower + drawn * (self.upper - self.lower)
+        lower, upper = np.asarray(self.lower), np.asarray(self.upper)
+        places = lower + drawn * (upper - lower)
         chosen = np.full(last - first, tries - 1)
         if self.hull is not None:
             left = np.arange(last - first)
@@ -125,6 +126,29 @@ class RandomTargets:
                 chosen[left[inside]] = row
                 left = left[~inside]
         return places[np.arange(last - first), chosen], None
+
+
+def random_within(size: int, seed: int, hull: Hull) -> RandomTargets:
+    """Draw places from a hull; see `RandomTargets`."""
+    corners = hull.triangles.reshape(-1, 3)
+    return RandomTargets(size, seed, corners.min(axis=0), corners.max(axis=0), hull)
+
+
+def checked_box(texts: Sequence[str]) -> tuple[list[float], list[float]]:
+    """Read FIRST:LAST (m) for x, y and z; return the box's corners.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    ends = []
+    for text in texts:
+        low, high, _ = checked_axis(f"{text}:1" if text.count(":") == 1 else text)
+        ends.append((low, high))
+        if text.count(":") > 1 or not low <= high:
+            raise InputError(f"'{text[:40]}' is no FIRST:LAST of metres, such as -0.1:0.3")
+    return [low for low, _ in ends], [high for _, high in ends]
 
 
 def checked_axis(text: str) -> tuple[float, float, int]:
