@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -127,21 +130,21 @@ def _slower(options: dict[str, Any]) -> float:
 
 def _track(there: Connection, planner: LawPlanner, teller: Teller, options: dict[str, Any]) -> int:
     """Track, perhaps park, and write what there is to write; returns the exit status."""
-    import sys
-
     from armsyn.cli.track_report import finish
     from armsyn.driver import ArmSession, Ending
     from armsyn.driver.operate_move import park
 
     planner.prepare()
-    sys.setswitchinterval(SWITCH_S)
-    with ArmSession.open(
-        there.port,
-        planner.arm,
-        options["rate_hz"],
-        simulated=there.simulated,
-        accept_no_watchdog=options["accept_no_watchdog"],
-    ) as session:
+    with (
+        _quick_switching(),
+        ArmSession.open(
+            there.port,
+            planner.arm,
+            options["rate_hz"],
+            simulated=there.simulated,
+            accept_no_watchdog=options["accept_no_watchdog"],
+        ) as session,
+    ):
         session.gravity, session.realtime = not options["no_gravity"], options["realtime"]
         recording = _follow(session, planner, teller, options)
         ending = recording.ending
@@ -150,19 +153,29 @@ def _track(there: Connection, planner: LawPlanner, teller: Teller, options: dict
     return finish(recording, ending, planner.arm, teller, options)
 
 
+@contextmanager
+def _quick_switching() -> Iterator[None]:
+    """Let the thread that plans give way at once to the one that streams."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(SWITCH_S)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
+
+
 def _follow(
     session: ArmSession, planner: LawPlanner, teller: Teller, options: dict[str, Any]
 ) -> Recording:
     """Stream until the input has ended and the last motion with it."""
-    import sys
-
     from armsyn.cli.stream_report import keep
     from armsyn.cli.track_feed import TargetFeed
     from armsyn.cli.track_lines import LineReader
     from armsyn.driver import still_posture
+    from armsyn.driver.path import BLEND
     from armsyn.planning.tracking import ReachTracker
 
-    tracker = ReachTracker(planner, still_posture(session))
+    tracker = ReachTracker(planner, still_posture(session), earliest=BLEND)
     feed = TargetFeed(tracker, LineReader(sys.stdin.fileno()), teller.tell, each=options["each"])
     tracker.on_end = feed.ended
     kept = options["longest"] if options["record"] or options["plot"] else _UNRECORDED_S

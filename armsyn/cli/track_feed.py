@@ -141,7 +141,7 @@ class TargetFeed(threading.Thread):
                 target.number,
                 target.line.id,
                 t_s=end.time,
-                time_s=end.time - end.aim.begin,
+                time_s=max(0.0, end.time - end.aim.begin),
                 error_mm=1e3 * end.error,
             )
 

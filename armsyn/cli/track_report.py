@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -118,10 +119,11 @@ def finish(
     """
     failed: list[InputError] = []
     written: dict[str, str | None] = {"record": None, "plot": None}
-    for kind, write in (
-        ("record", lambda path: save_recording(path, recording, arm)),
-        ("plot", lambda path: draw(path, recording, arm, teller)),
-    ):
+    writers: dict[str, Callable[[Path], None]] = {
+        "record": lambda path: save_recording(path, recording, arm),
+        "plot": lambda path: draw(path, recording, arm, teller),
+    }
+    for kind, write in writers.items():
         if options[kind]:
             try:
                 write(options[kind])

@@ -22,6 +22,7 @@ from armsyn.planning.tracking_plan import (
     GUARD,
     STEP_S,
     TOLERANCE_M,
+    Going,
     LawPlanner,
     PlannedLaw,
     State,
@@ -160,12 +161,16 @@ class ReachTracker:
     start : array, shape (n,)
         Posture of the arm, at rest, rad.
     on_end : callable
-        Called in the stream with each `Arrival`; must return at once.
+        Called with each `Arrival`, in the stream (or by `aim`); must return at once.
+    earliest : float
+        Before this time of the stream the arm turns to no target, s: a driver that takes up
+        setpoints gradually would add to their accelerations.
     """
 
     planner: LawPlanner
     start: FloatArray
     on_end: Callable[[Arrival], None] = _nobody
+    earliest: float = 0.0
     _moment: _Moment = field(init=False)
     _next: Aim | None = field(init=False, default=None)
     _finishing: bool = field(init=False, default=False)
@@ -220,14 +225,20 @@ class ReachTracker:
         lead = LEAD_S
         for left in reversed(range(_TRIES)):
             moment = self._moment
-            begin = max(at, moment.t + lead)
-            planned = self.planner.plan(self._ahead(moment, begin), target)
+            begin = max(at, moment.t + lead, self.earliest)
+            now = moment.following
+            going = None if now is None else Going(now.aim.planned, begin - now.since)
+            planned = self.planner.plan(self._ahead(moment, begin), target, going)
             aim = Aim(planned.law.target, planned, begin, tag)
             with self._lock:
                 unchanged = self._moment.following is moment.following
-                if (unchanged and self._moment.t < begin) or not left:
-                    self._next = aim
-                    return aim
+                taken = (unchanged and self._moment.t < begin) or not left
+                if taken:
+                    passed, self._next = self._next, aim
+            if taken:
+                if passed is not None:  # before the arm had turned to it
+                    self.on_end(Arrival(passed, moment.t, self._error_now(passed), arrived=False))
+                return aim
             lead *= 2.0  # planning took longer than that, or the arm has turned meanwhile
         raise AssertionError("unreachable")
 
@@ -340,9 +351,14 @@ class ReachTracker:
         hand = self.planner.arm.chain.forward(posture).tip
         return float(np.linalg.norm(hand - aim.target))
 
+    def _error_now(self, aim: Aim) -> float:
+        """Distance of the hand from a target, as far as it is known, m."""
+        state = self._moment.state
+        return self._error(aim, state.moving.q + state.correction)
+
     def _end(
         self, following: _Following, t: float, *, arrived: bool, error: float | None = None
     ) -> None:
         if error is None:
-            error = self._error(following.aim, self._state.moving.q + self._state.correction)
+            error = self._error_now(following.aim)
         self.on_end(Arrival(following.aim, t, error, arrived))

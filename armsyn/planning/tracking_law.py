@@ -4,7 +4,7 @@ A joint's velocity is the controller's (Aubry, Julliard, Gibet 2009, 3.1-3.2: la
 with a clock of its own since the target changed) plus what is left of the velocity that the arm
 had at that moment, fading away. So neither speed nor acceleration jumps when a target does. It is
 the scheme that the literature on double steps calls abort and replan (Henis and Flash, *Biol.
-Cybern.* 72, 1995); once the rest has faded, the controller is alone, and contracts.
+Cybern.* 72, 1995); as the rest fades, the controller remains, and contracts.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Law(NamedTuple):
         The controller brings a joint nearer to a limit at most at this rate times its distance
         to it, 1/s.
     fade : float
-        Seconds after which nothing is left of what was carried.
+        Time constant with which what was carried fades, s.
     """
 
     target: FloatArray
@@ -135,11 +135,12 @@ def controller_velocity(
 def carried_velocity(law: Law, joint: int, elapsed: float) -> float:
     """What is left of a joint's carried velocity, rad/s, `elapsed` s after the law began.
 
-    The velocity fades along minimum jerk; the acceleration as x (1 - x)^3, twice as fast.
+    It fades as what is critically damped does, which has no memory: a law that takes over from
+    another on the way goes on with the same fading.
     """
-    fading = law.carried[0, joint] * (1.0 - ramp_value(elapsed, law.fade))
-    x = min(2.0 * elapsed / law.fade, 1.0)
-    return float(fading + law.carried[1, joint] * 0.5 * law.fade * x * (1.0 - x) ** 3)
+    v = law.carried[0, joint]
+    slope = law.carried[1, joint] + v / law.fade
+    return float((v + slope * elapsed) * math.exp(-elapsed / law.fade))
 
 
 @generated_kernel  # gives way to other threads of Python: one plans while another streams

@@ -9,6 +9,7 @@ turns to it.
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.errors import InputError, RefusedMotionError, UnreachableError
+from armsyn.errors import CollisionError, InputError, RefusedMotionError, UnreachableError
 from armsyn.ik import optimiser_settings
 from armsyn.kernels.rollout import Synergies
 from armsyn.planning.checking import checked_target, out_of_reach, where
@@ -33,8 +34,9 @@ TOLERANCE_M = 5e-4
 STEP_S = 0.005
 """Longest step of the law: lambda dt g must stay well below 1."""
 
-FADE_S = 0.3
-"""Least time in which a carried velocity fades, s."""
+FADE_S = 0.08
+"""Least time constant with which a carried velocity fades, s: of what people have left of an
+abandoned movement little remains after 0.3 s."""
 
 LONGEST_S = 8.0
 """Longest reach before slowing, s, as of `armsyn.planning.reach`."""
@@ -45,6 +47,17 @@ and for corrections by what is measured."""
 
 GUARD = 0.95
 """Share of the limits that every step keeps, whatever the law asks for."""
+
+SAME_REACH = 0.25
+"""A target that has moved by no more than this share of what is left to it is the same reach's:
+synergy, slowing and clock go on."""
+
+STREAM_S = 0.25
+STREAM_M = 0.03
+"""So is one that has moved by no more than that within that time of the last."""
+
+SAME_PLACE = 0.15
+"""But not beyond this distance from the target that the synergy was chosen for, m."""
 
 _MOST_SCALINGS = 40
 _CLOCKS = 201
@@ -86,8 +99,11 @@ class PlannedLaw:
     Parameters
     ----------
     law : Law
+    synergy : Synergies
+    chosen_for : array, shape (3,)
+        The target that the synergy was chosen for, m.
     path : array, shape (frames, n)
-        What comes of it if nothing else happens, `STEP_S` or a period apart, rad.
+        What comes of it if nothing else happens, `STEP_S` apart, rad.
     duration : float
         Seconds until the hand has come to rest at its target.
     learned : str
@@ -99,11 +115,41 @@ class PlannedLaw:
     """
 
     law: Law
+    synergy: Synergies
+    chosen_for: FloatArray
     path: FloatArray
     duration: float
     learned: str
     rank: int
     time_scale: float
+
+
+class _Candidate(NamedTuple):
+    """A synergy with which a target may be reached for, and kappa so far.
+
+    `phase` is the time of phi at which it goes on, over kappa, s; None for a new reach.
+    """
+
+    name: str
+    rank: int
+    synergy: Synergies
+    scale: float
+    chosen_for: FloatArray
+    phase: float | None = None
+
+
+class Going(NamedTuple):
+    """What is followed when a new target comes.
+
+    Attributes
+    ----------
+    planned : PlannedLaw
+    elapsed : float
+        Since it began, s.
+    """
+
+    planned: PlannedLaw
+    elapsed: float
 
 
 @dataclass(frozen=True)
@@ -146,13 +192,14 @@ class LawPlanner:
         hand = self.arm.chain.forward(rest).tip
         with contextlib.suppress(RefusedMotionError):
             self.plan(state, hand)
+        out_of_reach(self.arm, rest, hand)
 
     def bounds(self, share: float) -> Bounds:
         """A share of the arm's speeds and accelerations."""
         arm = self.arm
         return Bounds(share * arm.max_velocity, share * arm.max_acceleration, arm.max_jerk)
 
-    def plan(self, state: State, target: ArrayLike) -> PlannedLaw:
+    def plan(self, state: State, target: ArrayLike, going: Going | None = None) -> PlannedLaw:
         """Plan how to follow a target from a state of the arm.
 
         Parameters
@@ -161,6 +208,8 @@ class LawPlanner:
             In which the law will begin.
         target : array_like, shape (3,)
             m, base frame.
+        going : Going, optional
+            What is followed until then.
 
         Returns
         -------
@@ -176,29 +225,52 @@ class LawPlanner:
             Those that do go through the arm itself or what is around it.
         """
         goal = checked_target(target)
-        hand = self.arm.chain.forward(state.moving.q + state.correction).tip
-        nearest, refused = np.inf, None  # how near the others come; the first that collides
-        for rank, (learned, chosen) in enumerate(
-            self.library.nearest(hand, goal, self.ik, self.model)
-        ):
-            synergy = self.library.synergy(chosen)
-            missed = self._played(self._law(state, goal, synergy, 1.0), state, GUARD)[1]
-            if missed > TOLERANCE_M:
-                if rank == 0 and (beyond := out_of_reach(self.arm, state.moving.q, goal)):
+        missed, refused = np.inf, None  # how near the others come; the first that collides
+        for candidate in self._candidates(state, goal, going):
+            quick = self._played(self._law(state, goal, candidate), state)[1]
+            if quick > TOLERANCE_M:
+                if missed == np.inf and (beyond := out_of_reach(self.arm, state.moving.q, goal)):
                     raise beyond
-                nearest = min(nearest, missed)
+                missed = min(missed, quick)
                 continue
-            law, scale = self._slowed(state, goal, synergy)
-            path, missed, _ = self._played(law, state, GUARD)
-            if missed > TOLERANCE_M:
-                nearest = min(nearest, missed)
+            slowed, law = self._slowed(state, goal, candidate)
+            path, distance, _ = self._played(law, state)
+            if distance > TOLERANCE_M:
+                missed = min(missed, distance)
                 continue
-            seen = np.concatenate([path[:-1:_LOOKED_AT], path[-1:]])
-            if collision := check_collision(seen, self.arm, leaving=True):
+            if collision := self._collision(path):
                 refused = refused or collision
                 continue
-            return PlannedLaw(law, path, len(path) * STEP_S, learned.name, rank, scale)
-        raise refused or self._why_not(goal, float(nearest))
+            return PlannedLaw(
+                law,
+                slowed.synergy,
+                slowed.chosen_for,
+                path,
+                len(path) * STEP_S,
+                slowed.name,
+                slowed.rank,
+                slowed.scale,
+            )
+        raise refused or self._why_not(goal, float(missed))
+
+    def _candidates(
+        self, state: State, goal: FloatArray, going: Going | None
+    ) -> Iterator[_Candidate]:
+        """Synergies that may serve, the likeliest first."""
+        hand = self.arm.chain.forward(state.moving.q + state.correction).tip
+        if going is not None and _goes_on(going, goal, hand):
+            then = going.planned
+            phase = (then.law.clock + going.elapsed) / then.time_scale
+            yield _Candidate(
+                then.learned, then.rank, then.synergy, then.time_scale, then.chosen_for, phase
+            )
+        nearest = self.library.nearest(hand, goal, self.ik, self.model)
+        for rank, (learned, chosen) in enumerate(nearest):
+            yield _Candidate(learned.name, rank, self.library.synergy(chosen), 1.0, goal)
+
+    def _collision(self, path: FloatArray) -> CollisionError | None:
+        seen = np.concatenate([path[:-1:_LOOKED_AT], path[-1:]])
+        return check_collision(seen, self.arm, leaving=True)
 
     def _why_not(self, goal: FloatArray, missed: float) -> UnreachableError:
         return UnreachableError(
@@ -208,19 +280,22 @@ class LawPlanner:
             missed,
         )
 
-    def _slowed(self, state: State, goal: FloatArray, synergy: Synergies) -> tuple[Law, float]:
+    def _slowed(
+        self, state: State, goal: FloatArray, candidate: _Candidate
+    ) -> tuple[_Candidate, Law]:
         """Slow a law until it keeps the limits, or as far as that helps: every step keeps them."""
-        scale, before = 1.0, np.inf
+        before = np.inf
         for _ in range(_MOST_SCALINGS):
-            law = self._law(state, goal, synergy, scale)
-            excess = self._played(law, state, HEADROOM, guarded=False)[2]
+            law = self._law(state, goal, candidate)
+            excess = self._played(law, state, guarded=False)[2]
             if excess <= 1.0 or excess > 0.995 * before:
                 break
-            scale, before = scale * max(excess, 1.01), excess
-        return law, scale
+            before = excess
+            candidate = candidate._replace(scale=candidate.scale * max(excess, 1.01))
+        return candidate, law
 
     def _played(
-        self, law: Law, state: State, share: float, *, guarded: bool = True
+        self, law: Law, state: State, *, guarded: bool = True
     ) -> tuple[FloatArray, float, float]:
         """Play a law from a state: the path, the distance at its end, m, and the excess."""
         n = self.arm.rest.size
@@ -230,7 +305,7 @@ class LawPlanner:
             self.arm.chain.arrays,
             optimiser_settings(self.ik),
             law,
-            self.bounds(share),
+            self.bounds(GUARD if guarded else HEADROOM),
             state.correction,
             state.copy().moving,
             0.0,
@@ -246,8 +321,9 @@ class LawPlanner:
     def _rate(self) -> float:
         return self.library.lambdas[self.ik]
 
-    def _law(self, state: State, goal: FloatArray, synergy: Synergies, scale: float) -> Law:
+    def _law(self, state: State, goal: FloatArray, candidate: _Candidate) -> Law:
         """A law that begins where the arm is as fast as it is."""
+        synergy, scale = candidate.synergy, candidate.scale
         still = Law(
             target=goal,
             gains=synergy.gains[0].copy(),
@@ -262,7 +338,9 @@ class LawPlanner:
         )
         if not state.moving.v.any() and not state.moving.a.any():
             return still
-        return self.begun(still._replace(clock=self._clock(still, state)), state)
+        phase = candidate.phase
+        clock = self._clock(still, state) if phase is None else phase * scale
+        return self.begun(still._replace(clock=clock), state)
 
     def begun(self, law: Law, state: State) -> Law:
         """A law as it begins in a state: it carries over what the arm has and it does not.
@@ -281,8 +359,8 @@ class LawPlanner:
         soon = self._velocity(law, state, q + STEP_S * v, law.clock + STEP_S)
         most = self.arm.max_acceleration
         rest, bend = v - here, np.clip(a - (soon - here) / STEP_S, -most, most)
-        # minimum jerk decelerates at 15/8 of its mean: half of the acceleration is for that
-        fade = max(FADE_S, 3.75 * float(np.max(np.abs(rest) / most)))
+        # what fades so decelerates by 1/e of its speed a time constant: half of what may be
+        fade = max(FADE_S, 2.0 / np.e * float(np.max(np.abs(rest) / most)))
         return law._replace(carried=np.array([rest, bend]), fade=fade)
 
     def _velocity(self, law: Law, state: State, q: FloatArray, t: float) -> FloatArray:
@@ -295,8 +373,7 @@ class LawPlanner:
     def _clock(self, law: Law, state: State) -> float:
         """The earliest time of phi at which the controller is nearest to the present velocity.
 
-        An arm at rest begins anew, and so does one that moves elsewhere; one that is told of the
-        target that it has already goes on as if nobody had spoken.
+        An arm at rest begins anew, and so does one that moves elsewhere.
         """
         ready = law._replace(
             slopes=np.zeros(1), offsets=np.array([-np.inf]), ramp=0.0, limit_rate=np.inf
@@ -310,3 +387,12 @@ class LawPlanner:
         share = phi * (x**3 * (10.0 - 15.0 * x + 6.0 * x**2))[:, None]
         gap = ((state.moving.v - share * full) ** 2).sum(axis=1)
         return float(clocks[int(np.argmin(gap))])
+
+
+def _goes_on(going: Going, goal: FloatArray, hand: FloatArray) -> bool:
+    """Whether a new target belongs to the reach that is on its way."""
+    then = going.planned
+    shift = float(np.linalg.norm(goal - then.law.target))
+    streamed = going.elapsed <= STREAM_S and shift <= STREAM_M
+    near = shift <= SAME_REACH * float(np.linalg.norm(goal - hand))
+    return (near or streamed) and float(np.linalg.norm(goal - then.chosen_for)) <= SAME_PLACE
