@@ -16,7 +16,17 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option("--captures", "selection", required=True, metavar="SELECTION", help="See above.")
+@click.option(
+    "--captures",
+    "selection",
+    metavar="SELECTION",
+    help="See above; must be given without --atlas  [default with --atlas: garza:all]",
+)
+@click.option(
+    "--atlas",
+    is_flag=True,
+    help="Learn reaches to any target instead: whole motions and synergies over the workspace.",
+)
 @click.option("--arm", "arm_name", required=True, metavar="NAME", help="The arm to learn for.")
 @click.option(
     "--model",
@@ -71,7 +81,8 @@ if TYPE_CHECKING:
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
-    help="Where to write  [default: the arm's .synergies.json beside its description]",
+    help="Where to write  [default: the arm's .synergies.json (.atlas.json) beside its"
+    " description]",
 )
 @click.option("--resume", is_flag=True, help="Keep what the file holds, learn the rest.")
 @click.option(
@@ -94,7 +105,19 @@ def learn(**options: Any) -> None:
     squares from many starts, by the paper's annealing of a population, by CMA-ES (the package
     cmaes) or by differential evolution. Ctrl-C keeps what is finished; the same command with
     --resume goes on from there. The result is the same for any number of workers.
+
+    With --atlas the captures are put on the arm's own links and what they say about reaches to any
+    target is learned: whole motions by a linear map and in their latent space, and synergies whose
+    parameters are laid over the workspace, all with the movement time. How far the arm can take a
+    person's postures is told. Ctrl-C leaves an atlas that was there as it was.
     """
+    if options["atlas"]:
+        from armsyn.cli.learn_atlas import learn_atlas_file
+
+        learn_atlas_file(options)
+        return
+    if options["selection"] is None:
+        raise click.UsageError("Missing option '--captures'.")
     from armsyn.arm import find_file, load_arm
     from armsyn.cli.learn_plot import Convergence, checked_plot
     from armsyn.cli.long_work import StageBars, write_run
@@ -107,9 +130,9 @@ def learn(**options: Any) -> None:
     out = options["out"] or description.with_name(f"{arm.name}.synergies.json")
     chosen = _learning_options(options, has_servos=bool(arm.servo))
     resumed = _resumed(out, options)
-    _check_writable(out)
+    check_writable(out)
     if options["plot"] is not None:
-        _check_writable(checked_plot(options["plot"]))
+        check_writable(checked_plot(options["plot"]))
     captures = load_captures(options["selection"])
     convergence = Convergence()
     with StageBars() as progress:
@@ -171,8 +194,8 @@ def _schedule(options: dict[str, Any]) -> Schedule:
     return Schedule(**changed)
 
 
-def _check_writable(out: Path) -> None:
-    """Learning takes minutes: find out before, not after."""
+def check_writable(out: Path) -> None:
+    """Raise InputError where a file cannot be written: learning takes minutes."""
     import tempfile
 
     from armsyn.errors import InputError

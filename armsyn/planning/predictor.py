@@ -10,10 +10,12 @@ from armsyn.planning.examples import Examples
 from armsyn.planning.latent import learn_latent
 from armsyn.planning.linear import learn_linear
 from armsyn.planning.prediction import Predicted, Predictor, checked_reaches
+from armsyn.planning.synergy_atlas import SYNERGY_PREDICTORS
 
 PREDICTORS: Mapping[str, Callable[..., Predictor]] = {
     "linear": learn_linear,
     "latent": learn_latent,
+    **SYNERGY_PREDICTORS,
 }
 """Each learns from `Examples` and its own options."""
 
