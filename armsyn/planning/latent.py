@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from armsyn.kinematics import SerialChain
 from armsyn.planning.ending import led_to
 from armsyn.planning.examples import PHASES, Examples
-from armsyn.planning.features import Kernel, Regression, regression
+from armsyn.planning.features import Kernel, Regression, best_kernel, regression
 from armsyn.planning.hull import Hull
 from armsyn.planning.linear import check_enough
 from armsyn.planning.movement_time import MovementTime, learn_movement_time
@@ -27,7 +27,11 @@ from armsyn.planning.prediction import Predicted, checked_reaches
 
 FloatArray = NDArray[np.float64]
 
-KERNEL = Kernel(linear=0.1)
+KERNELS = (
+    *(Kernel(linear) for linear in (0.1, 0.03, 0.3, 1.0)),
+    *(Kernel(linear, bumps) for linear in (0.1, 1.0) for bumps in (0.1, 1.0)),
+)
+"""Straight lines first: they are taken where too few targets leave nothing to choose by."""
 DAMPING = 1.0
 VARIANCE = 0.999
 """Share of the motions' variance that their principal components keep."""
@@ -112,7 +116,7 @@ class LatentPredictor:
 
 
 def learn_latent(
-    examples: Examples, *, kernel: Kernel = KERNEL, damping: float = DAMPING
+    examples: Examples, *, kernel: Kernel | None = None, damping: float = DAMPING
 ) -> LatentPredictor:
     """Learn the map from targets to motions and the spread around it.
 
@@ -121,7 +125,8 @@ def learn_latent(
     examples : Examples
         Eight at least, to targets that are not all in one plane.
     kernel : Kernel
-        Of the map.
+        Of the map; by default the one of `KERNELS` that predicts best the motions to a target left
+        out.
     damping : float
         Of the deviation that meets the start posture and the end, as a share of the examples' own
         deviations there; 0 would meet them by the pattern alone, however unlikely.
@@ -140,7 +145,10 @@ def learn_latent(
     mean = motions.mean(axis=0)
     components = _principal(motions - mean)
     components /= np.linalg.norm(components, axis=1, keepdims=True)
-    fit = regression(examples.targets, (motions - mean) @ components.T, kernel)
+    scores = (motions - mean) @ components.T
+    if kernel is None:
+        kernel = best_kernel(examples.targets, scores, examples.places, KERNELS)
+    fit = regression(examples.targets, scores, kernel)
     deviations = _principal(motions - mean - fit(examples.targets) @ components)
     n = examples.chain.dof
     spread = np.concatenate(
@@ -162,8 +170,8 @@ def learn_latent(
 
 
 def _principal(X: FloatArray) -> FloatArray:
-    """Return the principal directions of rows, each as long as their standard deviation along it."""
+    """Return the principal directions of rows, as long as their standard deviations along them."""
     _, singular, E = np.linalg.svd(X, full_matrices=False)
     shares = np.cumsum(singular**2) / np.sum(singular**2)
     kept = int(np.searchsorted(shares, VARIANCE)) + 1
-    return singular[:kept, None] / np.sqrt(len(X)) * E[:kept]
+    return np.asarray(singular[:kept, None] / np.sqrt(len(X)) * E[:kept])

@@ -77,7 +77,7 @@ def learn_linear(examples: Examples) -> LinearPredictor:
     check_enough(examples)
     hull = Hull.of(examples.targets)
     X = with_one(examples.targets)
-    inverse: FloatArray = np.linalg.pinv(X)
+    inverse = np.asarray(np.linalg.pinv(X), dtype=np.float64)
     motions, times = (
         inverse @ examples.angles.reshape(examples.size, -1),
         inverse @ examples.durations,
