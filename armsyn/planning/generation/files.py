@@ -80,10 +80,10 @@ def read_npz(path: Path) -> Batch:
 
 
 def write_csv(path: Path, batch: Batch, arm: ArmDescription) -> None:
-    """Write a batch as a table with a row a frame: reach, time (s), and the joints (rad or m)."""
-    paced = batch.paced
+    """Write a batch as a table with a row a frame: ``reach``, ``time_s``, ``JOINT:angle_rad``."""
+    paced, joints = batch.paced, [f"{name}:angle_rad" for name in arm.joint_names]
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        file.write(f"# {PLANNED}\n" + ",".join(["reach", "time", *arm.joint_names]) + "\n")
+        file.write(f"# {PLANNED}\n" + ",".join(["reach", "time_s", *joints]) + "\n")
         for row, index in enumerate(batch.index.tolist()):
             lines = [
                 f"{index},{frame / paced.rate_hz:.6g}," + ",".join(f"{x:.10g}" for x in angles)

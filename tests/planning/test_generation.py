@@ -1,0 +1,259 @@
+"""Generations: the same bytes however they are made, and nothing lost or half-written."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import errno
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from armsyn.arm import load_arm
+from armsyn.errors import InputError
+from armsyn.motion import Motion
+from armsyn.motion.formats import files as motion_files
+from armsyn.planning.generation import chunks, files
+from armsyn.planning.generation.batch import Recipe, make_batch
+from armsyn.planning.generation.chunks import Order
+from armsyn.planning.generation.running import digest_of, generate
+from armsyn.planning.generation.targets import ListedTargets, RandomTargets
+from armsyn.planning.minimum_jerk import MinimumJerkPredictor
+from armsyn.safety import check_trajectory
+
+INPUTS = {"what": "a test"}
+SIZE = 130
+BOX = ([0.15, -0.45, -0.5], [0.6, 0.35, 0.3])
+OUT_OF_REACH = (0.9, 0.9, 0.9)
+
+
+def recipe(size: int = SIZE, **changed: object) -> Recipe:
+    arm = load_arm("human7", calibrated=False)
+    drawn, _ = RandomTargets(size, 5, *BOX).some(0, size)
+    drawn[size // 2] = OUT_OF_REACH
+    made = Recipe(arm, MinimumJerkPredictor(arm.chain), ListedTargets(drawn), arm.rest, 100.0)
+    return dataclasses.replace(made, **changed)
+
+
+def order(folder: Path, kind: str = "npz", chunk: int = 30, **changed: object) -> Order:
+    return Order(recipe(**changed), str(folder), kind, chunk, digest_of(INPUTS))
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """All files of a folder."""
+    found = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A whole generation, made in this process."""
+    folder = tmp_path_factory.mktemp("made") / "out"
+    report = generate(order(folder), INPUTS, workers=1)
+    assert report.complete
+    assert report.asked == SIZE
+    assert report.made + sum(report.refused.values()) == SIZE
+    return folder
+
+
+def test_every_reach_is_one_that_may_be_driven_and_ends_at_its_target(made: Path) -> None:
+    asked, arm = recipe().targets.some(0, SIZE)[0], load_arm("human7", calibrated=False)
+    seen = []
+    for file in sorted(made.glob("reaches-*.npz")):
+        batch = files.read_npz(file)
+        seen += batch.index.tolist()
+        for row, index in enumerate(batch.index.tolist()):
+            path = batch.paced.path(row)
+            motion = Motion(np.arange(len(path)) / 100.0, arm.joint_names, path)
+            check_trajectory(motion, arm, arm.rest, start_tolerance=1e-12)
+            hand = arm.chain.forward(path[-1]).tip
+            np.testing.assert_allclose(hand, batch.hands[row], rtol=0.0, atol=1e-12)
+            assert np.linalg.norm(hand - asked[index]) <= 1e-3
+    with (made / "refusals.csv").open(newline="") as file:
+        refused = list(csv.DictReader(file))
+    assert sorted(seen + [int(row["index"]) for row in refused]) == list(range(SIZE))
+    told = {int(row["index"]): row for row in refused}[SIZE // 2]
+    assert told["kind"] == "unreachable"
+    assert [float(told[axis]) for axis in "xyz"] == list(OUT_OF_REACH)
+    assert "cm from the target" in told["reason"]
+
+
+def test_the_manifest_says_what_it_is_and_of_what(made: Path) -> None:
+    manifest = json.loads((made / "manifest.json").read_text())
+    assert manifest["complete"] is True
+    assert manifest["inputs"] == INPUTS
+    assert manifest["digest"] == digest_of(INPUTS)
+    assert "not measured" in manifest["what"]
+    assert sum(entry["reaches"] for entry in manifest["files"]) == manifest["reaches_made"]
+    for entry in manifest["files"]:
+        assert chunks.checksum(made / entry["file"]) == entry["sha256"]
+    names = {entry["file"] for entry in manifest["files"]}
+    assert {path.name for path in made.iterdir()} == names | {"manifest.json", "refusals.csv"}
+
+
+def test_a_reach_is_the_same_whatever_chunk_it_is_in(made: Path) -> None:
+    whole = make_batch(recipe(), 0, SIZE)
+    part = files.read_npz(made / "reaches-000002.npz")
+    for row, index in enumerate(part.index.tolist()):
+        there = int(np.flatnonzero(whole.index == index)[0])
+        np.testing.assert_allclose(
+            part.paced.path(row), whole.paced.path(there), rtol=0.0, atol=1e-9
+        )
+
+
+def failing_at(number: int, error: Exception) -> Callable[..., None]:
+    """A writer that fails on one chunk, half-way through its file."""
+
+    def write(path: Path, *rest: object) -> None:
+        if path.name == f"reaches-{number:06d}.npz":
+            with motion_files.replacing(path) as temporary:
+                temporary.write_bytes(b"half")
+                raise error
+        files.write_npz(path, *rest)  # type: ignore[arg-type]
+
+    return write
+
+
+def test_a_full_disk_keeps_what_is_finished_and_the_rest_can_follow(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "out"
+    full = OSError(errno.ENOSPC, "No space left on device")
+    with monkeypatch.context() as patch:
+        patch.setitem(chunks.FORMATS, "npz", (".npz", failing_at(3, full)))
+        report = generate(order(folder), INPUTS, workers=1)
+    assert not report.complete
+    assert "No space left" in report.failed
+    assert "reaches-000003.npz" in report.failed
+    there = {path.name for path in folder.iterdir() if path.is_file()}
+    assert there == {*(f"reaches-00000{k}.npz" for k in range(3)), "manifest.json", "refusals.csv"}
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert manifest["complete"] is False
+    assert len(manifest["files"]) == 3
+    with pytest.raises(InputError, match="--resume goes on"):
+        generate(order(folder), INPUTS, workers=1)
+    assert generate(order(folder), INPUTS, workers=1, resume=True).complete
+    assert content(folder) == content(made)
+
+
+def test_an_interruption_keeps_what_is_finished(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "out"
+    stop = failing_at(2, KeyboardInterrupt())  # type: ignore[arg-type]
+    with monkeypatch.context() as patch:
+        patch.setitem(chunks.FORMATS, "npz", (".npz", stop))
+        report = generate(order(folder), INPUTS, workers=1)
+    assert report.failed == "interrupted"
+    assert report.done == 2
+    (folder / ".reaches-000002.npz.left").write_bytes(b"half, of a process that was killed")
+    (folder / "reaches-000003.npz").write_bytes(b"without a note")
+    progress: list[tuple[int, int]] = []
+    report = generate(
+        order(folder),
+        INPUTS,
+        workers=1,
+        resume=True,
+        on_progress=lambda _name, done, total, _said: progress.append((done, total)),
+    )
+    assert progress == [(3, 5), (4, 5), (5, 5)]
+    assert content(folder) == content(made)
+
+
+def test_another_generation_or_other_files_are_not_mixed_in(made: Path, tmp_path: Path) -> None:
+    other = dataclasses.replace(order(made), digest="another")
+    with pytest.raises(InputError, match="something else"):
+        generate(other, INPUTS, workers=1, resume=True)
+    with pytest.raises(InputError, match="nothing to do"):
+        generate(order(made), INPUTS, workers=1, resume=True)
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(InputError, match="other things"):
+        generate(order(tmp_path), INPUTS, workers=1)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet", "mcap", "bvh", "lerobot"])
+def test_every_format_holds_the_same_reaches(kind: str, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    report = generate(order(folder, kind, chunk=3, size=7), INPUTS, workers=1)
+    assert report.complete
+    wanted = make_batch(recipe(7), 0, 7)
+    found = {"csv": csv_paths, "parquet": parquet_paths, "mcap": mcap_paths, "bvh": bvh_paths}
+    if kind == "lerobot":
+        paths = lerobot_paths(folder / "dataset.lerobot")
+        assert {path.name for path in folder.iterdir()} == {
+            *("dataset.lerobot", "manifest.json", "refusals.csv")
+        }
+    else:
+        paths = found[kind](folder)
+    assert len(paths) == report.made == len(wanted.index)
+    for row, path in enumerate(paths):
+        np.testing.assert_allclose(path, wanted.paced.path(row), rtol=0.0, atol=1e-5)
+
+
+def csv_paths(folder: Path) -> list[np.ndarray]:
+    found = []
+    for file in sorted(folder.glob("reaches-*.csv")):
+        assert "not measured" in file.read_text().splitlines()[0]
+        table = np.loadtxt(file, delimiter=",", skiprows=2)
+        found += [table[table[:, 0] == index, 2:] for index in np.unique(table[:, 0])]
+    return found
+
+
+def parquet_paths(folder: Path) -> list[np.ndarray]:
+    import pyarrow.parquet as pq
+
+    joints = load_arm("human7", calibrated=False).joint_names
+    found = []
+    for file in sorted(folder.glob("reaches-*.parquet")):
+        table = pq.read_table(file)
+        episodes = np.array(table["episode_index"])
+        angles = np.stack([np.array(table[f"{name}:angle_rad"]) for name in joints], axis=1)
+        found += [angles[episodes == episode] for episode in np.unique(episodes)]
+    return found
+
+
+def mcap_paths(folder: Path) -> list[np.ndarray]:
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+
+    found = []
+    for path in sorted(folder.glob("reaches-*.mcap")):
+        with path.open("rb") as file:
+            reader = make_reader(file, decoder_factories=[DecoderFactory()])
+            for decoded in reader.iter_decoded_messages(topics=["/joint_trajectory"]):
+                points = decoded.decoded_message.points
+                found.append(np.array([list(point.positions) for point in points]))
+    return found
+
+
+def bvh_paths(folder: Path) -> list[np.ndarray]:
+    """Angles of a skeleton whose joints turn by one angle each."""
+    from armsyn.motion.formats import read_body
+
+    arm = load_arm("human7", calibrated=False)
+    wanted = make_batch(recipe(7), 0, 7)
+    found = []
+    for row, file in enumerate(sorted(folder.glob("reaches-*/reach-*.bvh"))):
+        positions = read_body(file).as_motion().landmarks
+        assert positions is not None
+        path = wanted.paced.path(row)
+        tips = arm.chain.positions(path)[:, -1]
+        assert np.linalg.norm(positions - tips[:, None], axis=2).min(axis=1).max() < 1e-4
+        found.append(path)
+    return found
+
+
+def lerobot_paths(folder: Path) -> list[np.ndarray]:
+    import pyarrow.parquet as pq
+
+    tables = [pq.read_table(file) for file in sorted(folder.glob("data/*/*.parquet"))]
+    found = []
+    for table in tables:
+        states = np.radians(np.array(table["observation.state"].to_pylist()))
+        episodes = np.array(table["episode_index"])
+        found += [states[episodes == episode] for episode in np.unique(episodes)]
+    return found
