@@ -13,7 +13,7 @@ import numpy as np
 from armsyn.kinematics.skeleton import Skeleton
 from armsyn.motion import Motion
 from armsyn.motion.body import BodyMotion
-from armsyn.motion.formats import bvh_write, npz_bodies, trc
+from armsyn.motion.formats import bvh_write, npz_bodies, parquet_format, trc
 
 FRAMES = 4
 ASF = """# a body of two bones
@@ -172,6 +172,7 @@ def seeds() -> dict[str, bytes]:
         "a.trc": written(lambda path: trc.write(path, markers()), ".trc"),
         "table.txt": TABLE.encode(),
         "columns.toml": COLUMNS.encode(),
+        "a.parquet": written(lambda path: parquet_format.write(path, markers()), ".parquet"),
         "body.npz": written(lambda path: npz_bodies.write(path, body()), ".npz"),
         "golf.npz": golf(),
         "a.mat": hug_mp(),

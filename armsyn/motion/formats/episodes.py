@@ -66,6 +66,9 @@ class Episode:
             raise FormatError(
                 f"{source}: what was commanded goes with kind 'recorded', and with it only"
             )
+        object.__setattr__(self, "task", _encodable(self.task))
+        facts = {name: _encodable(value) for name, value in self.facts.items()}
+        object.__setattr__(self, "facts", facts)
         shape = (self.motion.frames, len(self.motion.joint_names))
         for part in ("commanded", "velocity"):
             values = getattr(self, part)
@@ -73,6 +76,11 @@ class Episode:
                 raise FormatError(
                     f"{source}: {part} has shape {np.shape(values)}, expected {shape}"
                 )
+
+    @property
+    def source(self) -> str:
+        """Where the motion comes from, in words that every format can hold."""
+        return _encodable(self.motion.source)
 
     @property
     def state(self) -> FloatArray:
@@ -107,8 +115,13 @@ class Episode:
 
     def description(self) -> dict[str, str]:
         """Return what it is in words, for a file's metadata."""
-        said = {"kind": self.kind, "action": KINDS[self.kind], "source": self.motion.source}
+        said = {"kind": self.kind, "action": KINDS[self.kind], "source": self.source}
         return said | {"task": self.task} | dict(self.facts)
+
+
+def _encodable(text: str) -> str:
+    """Return text without the halves of characters that names of files may hold."""
+    return text.encode("utf-8", "replace").decode("utf-8")
 
 
 Episodes = Motion | Episode | Iterable[Motion | Episode]
@@ -132,14 +145,18 @@ def episodes_of(given: Episodes, path: Path) -> Iterator[Episode]:
     Raises
     ------
     FormatError
-        When there is none, or one has other joints than the first.
+        When there is none, one has other joints than the first, or a name is not printable.
     """
     several = [given] if isinstance(given, Motion | Episode) else given
     first: tuple[str, ...] | None = None
     for number, one in enumerate(several):
         episode = Episode(one) if isinstance(one, Motion) else one
         names = episode.motion.joint_names
-        first = names if first is None else first
+        if first is None:
+            first = names
+            for name in names:
+                if not name.isprintable():
+                    raise FormatError(f"{path}: cannot write the name {name!r}: rename it")
         if names != first:
             raise FormatError(
                 f"{path}: episode {number} ({episode.motion.source or 'motion'}) has the joints"

@@ -78,7 +78,7 @@ class Tables:
                     for what, values in own.items()
                 },
                 "armsyn/kind": episode.kind,
-                "armsyn/source": episode.motion.source,
+                "armsyn/source": episode.source,
                 "armsyn/facts": json.dumps(dict(episode.facts), ensure_ascii=False),
             }
         )

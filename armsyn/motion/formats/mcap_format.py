@@ -8,7 +8,7 @@ Three topics, whose message definitions stand in the file:
   anything, and a controller refuses a trajectory whose last one is not zero. None for an arm that
   was only observed.
 - ``/joint_states`` (sensor_msgs/msg/JointState): one message a frame; of a recording the measured
-  angles and velocities, of a plan the plan. ``effort`` is empty: a servo's current is no torque.
+  angles and (where all are known) velocities, of a plan the plan. ``effort`` is empty: a servo's current is no torque.
 - ``/episode`` (std_msgs/msg/String): one message an episode before its first frame: a JSON object
   with its number, ``kind`` (planned, recorded, observed, motion), ``source`` and other facts, such
   as the port that a recording came from.
@@ -22,15 +22,16 @@ the same file name, with the same rosbags: it writes both into the file.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armsyn.errors import FormatError
 from armsyn.motion.formats.episodes import Episode, Episodes, episodes_of
 from armsyn.motion.formats.files import folder_beside
-from armsyn.motion.motion import FloatArray
 
 TRAJECTORY, STATES, EPISODE = "/joint_trajectory", "/joint_states", "/episode"
 BETWEEN_S = 1
@@ -41,6 +42,9 @@ _TYPES = {
     EPISODE: "std_msgs/msg/String",
 }
 _NANO = 1_000_000_000
+_NOTHING = np.empty(0)
+_STAMP = slice(4, 12)
+"""Of a message with a header: seconds and nanoseconds, after four bytes that say the encoding."""
 
 
 def write(path: Path, episodes: Episodes) -> None:
@@ -97,42 +101,67 @@ class _Topics:
         self._start = 0
 
     def write(self, episode: Episode) -> None:
-        motion, state = episode.motion, episode.state
+        """Write one episode after those before."""
+        motion = episode.motion
         since = np.rint((motion.time - motion.time[0]) * _NANO).astype(np.int64)
         said = {"episode": self._number, **episode.description(), "frames": motion.frames}
-        self._say(EPISODE, self._start, data=json.dumps(said, ensure_ascii=False))
-        names = list(motion.joint_names)
+        text = self._serialised(EPISODE, data=json.dumps(said, ensure_ascii=False))
+        self._say(EPISODE, self._start, text)
         if episode.kind != "observed":
-            points = self._points(episode.action, since)
-            self._say(TRAJECTORY, self._start, joint_names=names, points=points)
-        nothing = np.empty(0)
-        speeds = [nothing] * motion.frames if episode.velocity is None else episode.velocity
-        for passed, angles, speed in zip(since.tolist(), state, speeds, strict=True):
-            self._say(
-                STATES,
-                self._start + passed,
-                name=names,
-                position=angles,
-                velocity=nothing if np.isnan(speed).any() else speed,
-                effort=nothing,
-            )
+            self._say(TRAJECTORY, self._start, self._trajectory(episode, since))
+        times = self._start + since
+        for at, raw in zip(times.tolist(), self._states(episode, times), strict=True):
+            self._say(STATES, at, raw)
         self._number += 1
-        self._start += int(since[-1]) + BETWEEN_S * _NANO
+        self._start = int(times[-1]) + BETWEEN_S * _NANO
 
-    def _points(self, positions: FloatArray, since: Any) -> list[Any]:
+    def _trajectory(self, episode: Episode, since: NDArray[np.int64]) -> bytes:
         types = self._store.types
         point = types["trajectory_msgs/msg/JointTrajectoryPoint"]
         duration = types["builtin_interfaces/msg/Duration"]
-        nothing = np.empty(0)
-        return [
-            point(row, nothing, nothing, nothing, duration(*divmod(passed, _NANO)))
-            for row, passed in zip(positions, since.tolist(), strict=True)
+        points = [
+            point(row, _NOTHING, _NOTHING, _NOTHING, duration(*divmod(passed, _NANO)))
+            for row, passed in zip(episode.action, since.tolist(), strict=True)
         ]
+        names = list(episode.motion.joint_names)
+        return self._serialised(TRAJECTORY, self._start, joint_names=names, points=points)
 
-    def _say(self, topic: str, nanoseconds: int, **fields: Any) -> None:
+    def _states(self, episode: Episode, times: NDArray[np.int64]) -> Iterator[bytes]:
+        """Give the message of every frame.
+
+        Those of an episode differ in stamp and numbers only: one is serialised, twice, which shows
+        where those stand, and the others are made of it.
+        """
+        state, names = episode.state, list(episode.motion.joint_names)
+        speed = episode.velocity
+        if speed is None or not np.isfinite(speed).all():
+            speed = np.empty((len(state), 0))
+        numbers = np.concatenate([state, speed], axis=1)
+        first, second = (
+            self._serialised(
+                STATES,
+                0,
+                name=names,
+                position=np.full(state.shape[1], one),
+                velocity=np.full(speed.shape[1], one),
+                effort=_NOTHING,
+            )
+            for one in (1.0, -1.0)
+        )
+        message = np.tile(np.frombuffer(first, np.uint8), (len(state), 1))
+        differ = np.flatnonzero(message[0] != np.frombuffer(second, np.uint8))
+        places = (differ - 7)[:, None] + np.arange(8)  # the sign is in the last byte of a double
+        message[:, places.ravel()] = numbers.astype("<f8").view(np.uint8)
+        stamps = np.stack(np.divmod(times, _NANO), axis=1).astype("<u4")
+        message[:, _STAMP] = stamps.view(np.uint8)
+        return (row.tobytes() for row in message)
+
+    def _serialised(self, topic: str, nanoseconds: int | None = None, **fields: Any) -> bytes:
         types, kind = self._store.types, _TYPES[topic]
-        if topic != EPISODE:
+        if nanoseconds is not None:
             time = types["builtin_interfaces/msg/Time"](*divmod(nanoseconds, _NANO))
             fields["header"] = types["std_msgs/msg/Header"](stamp=time, frame_id="")
-        raw = self._store.serialize_cdr(types[kind](**fields), kind)
+        return bytes(self._store.serialize_cdr(types[kind](**fields), kind))
+
+    def _say(self, topic: str, nanoseconds: int, raw: bytes) -> None:
         self._bag.write(self._connections[topic], nanoseconds, raw)

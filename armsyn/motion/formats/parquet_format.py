@@ -60,7 +60,9 @@ def write(path: Path, episodes: Episodes) -> None:
         writer: Any = None
         for group in _row_groups(pa, path, episodes):
             if writer is None:
-                writer = files.enter_context(pq.ParquetWriter(temporary, group.schema))
+                writer = files.enter_context(
+                    pq.ParquetWriter(temporary, group.schema, write_page_checksum=True)
+                )
             writer.write_table(group)
 
 
@@ -72,7 +74,7 @@ def _row_groups(pa: Any, path: Path, episodes: Episodes) -> Iterator[Any]:
         schema = schema or table.schema
         if table.schema != schema:
             raise FormatError(
-                f"{path}: episode {number} ({episode.motion.source or 'motion'}) has other columns"
+                f"{path}: episode {number} ({episode.source or 'motion'}) has other columns"
                 " than the first: write recordings and other motions, and other landmarks, apart"
             )
         waiting.append(table)
@@ -99,7 +101,7 @@ def _packages(path: Path) -> tuple[Any, Any]:
 def _columns(number: int, episode: Episode) -> dict[str, Any]:
     motion = dataclasses.replace(episode.motion, filled=None)
     said = {
-        **{"kind": episode.kind, "task": episode.task, "source": motion.source},
+        **{"kind": episode.kind, "task": episode.task, "source": episode.source},
         "facts": json.dumps(dict(episode.facts), ensure_ascii=False),
     }
     rows = csv_format.rows_of(motion)
@@ -124,11 +126,11 @@ def takes(path: Path) -> tuple[str, ...]:
     FormatError
         When it cannot be read.
     """
-    pa, _ = _packages(path)
-    column = _read(path, [_INDEX], None)[_INDEX]
-    if not pa.types.is_integer(column.type) or column.null_count:
-        raise FormatError(f"{path}: '{_INDEX}' holds {column.type}, expected whole numbers")
-    return tuple(str(index) for index in sorted(column.unique().to_pylist()))
+    with _reading(path) as (pa, pq):
+        column = _read(pq, path, [_INDEX])[_INDEX]
+        if not pa.types.is_integer(column.type) or column.null_count:
+            raise FormatError(f"{path}: '{_INDEX}' holds {column.type}, expected whole numbers")
+        return tuple(str(index) for index in sorted(column.unique().to_pylist()))
 
 
 def read(path: Path, options: ReadOptions) -> Reading:
@@ -151,22 +153,23 @@ def read(path: Path, options: ReadOptions) -> Reading:
         and there are several, or there is none of that name.
     """
     take = chosen(options.take, takes(path), path)
-    _, pq = _packages(path)
-    header = pq.read_schema(path).names
-    where = csv_format.find_columns(header, path)
-    places = [where.time, *where.joints.values()]
-    places += [place for three in where.landmarks.values() for place in three]
-    wanted = [header[place] for place in places]
-    table = _read(path, [*wanted, *(set(_TEXTS) & set(header))], int(take))
-    if table.num_rows * len(wanted) > MOST_VALUES:
-        raise FormatError(f"{path}: episode {take} has {table.num_rows} rows: cut the motion")
-    try:
+    with _reading(path) as (_, pq):
+        header = pq.read_schema(path).names
+        where = csv_format.find_columns(header, path)
+        places = [where.time, *where.joints.values()]
+        places += [place for three in where.landmarks.values() for place in three]
+        wanted = [header[place] for place in places]
+        table = _read(pq, path, [*wanted, *(set(_TEXTS) & set(header))], int(take))
+        if table.num_rows * len(wanted) > MOST_VALUES:
+            raise FormatError(f"{path}: episode {take} has {table.num_rows} rows: cut the motion")
         rows = np.column_stack([table[name].to_numpy().astype(np.float64) for name in wanted])
-        texts = {name: table[name][0].as_py() for name in _TEXTS if name in table.column_names}
-        motion = _assembled(rows, where, str(texts.get("source", path.name)))
-    except (ValueError, TypeError) as error:  # also FormatError
-        raise FormatError(f"{path}: episode {take}: {' '.join(str(error).split())}") from error
-    return Reading(motion, {"episode": take} | _said(texts))
+        texts = {name: str(table[name][0]) for name in _TEXTS if name in table.column_names}
+    try:
+        motion = _assembled(rows, where, texts.get("source", path.name))
+    except FormatError as error:
+        raise FormatError(f"{path}: episode {take}: {error}") from error
+    said = {name: texts[name] for name in ("kind", "task") if texts.get(name)}
+    return Reading(motion, {"episode": take} | said)
 
 
 def _assembled(rows: FloatArray, where: csv_format.Columns, source: str) -> Motion:
@@ -182,17 +185,22 @@ def _assembled(rows: FloatArray, where: csv_format.Columns, source: str) -> Moti
     )
 
 
-def _said(texts: dict[str, Any]) -> dict[str, str]:
-    return {name: str(texts[name]) for name in ("kind", "task") if texts.get(name)}
-
-
-def _read(path: Path, columns: list[str], episode: int | None) -> Any:
+def _read(pq: Any, path: Path, columns: list[str], episode: int | None = None) -> Any:
     """Read columns of a file, of one episode or all."""
-    pa, pq = _packages(path)
     check_size(path, LARGEST_FILE)
     where = None if episode is None else [(_INDEX, "=", episode)]
+    return pq.read_table(path, columns=columns, filters=where, page_checksum_verification=True)
+
+
+@contextlib.contextmanager
+def _reading(path: Path) -> Iterator[tuple[Any, Any]]:
+    """Give the package; what it raises on damaged and other files becomes a line of ours."""
+    pa, pq = _packages(path)
+    damage = (ValueError, LookupError, TypeError, ArithmeticError, OSError, RuntimeError)
     try:
-        return pq.read_table(path, columns=columns, filters=where)
-    except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
+        yield pa, pq
+    except FormatError:
+        raise
+    except (pa.ArrowException, MemoryError, *damage) as error:
         said = " ".join(str(error).split())[:160]
         raise FormatError(f"{path}: no parquet table of armsyn, or damaged: {said}") from error

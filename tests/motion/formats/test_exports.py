@@ -110,6 +110,9 @@ def test_what_does_not_fit_together_is_refused(tmp_path: Path, suffix: str) -> N
         FormatError, match=r"episode 1 \(a leg\) has the joints knee; the first has"
     ):
         write_episodes(out, [plan(), other])
+    torn = Motion(np.arange(3.0), ("kn\nee",), np.zeros((3, 1)))
+    with pytest.raises(FormatError, match=r"cannot write the name 'kn\\nee': rename it"):
+        write_episodes(out, torn)
     with pytest.raises(InputError, match="cannot write it"):
         write_episodes(tmp_path / "absent" / f"a{suffix}", plan())
     assert not list(tmp_path.iterdir())
@@ -124,6 +127,18 @@ def test_unknown_angles_are_refused(tmp_path: Path, suffix: str) -> None:
             tmp_path / f"a{suffix}", Motion(np.arange(3.0), ("a", "b"), angles, source="gappy")
         )
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_any_words_can_be_said(tmp_path: Path, suffix: str) -> None:
+    """Those of a file whose name is no text, too."""
+    base = motion()
+    odd = Motion(base.time, base.joint_names, base.angles, source="caf\udce9 \0 \n 手.npz")
+    episode = Episode(odd, "planned", 'say "hi" \ud800', facts={"é": "\udcff"})
+    write_episodes(tmp_path / f"a{suffix}", episode)
+    assert "caf? \0 \n 手.npz".encode() in b"".join(contents(tmp_path / f"a{suffix}").values()) or (
+        suffix == ".mcap"
+    )
 
 
 def test_other_suffixes_hold_one_motion(tmp_path: Path) -> None:

@@ -145,7 +145,7 @@ def test_other_and_damaged_tables_are_refused_in_one_line(tmp_path: Path) -> Non
     for frame, match in (
         (pd.DataFrame({"a": [1.0]}), "episode_index"),
         (other, "no column 'NAME:angle_rad'"),
-        (other.rename(columns={"a": "a:angle_rad"}), "episode 0: could not convert"),
+        (other.rename(columns={"a": "a:angle_rad"}), "or damaged: could not convert"),
         (pd.DataFrame({"episode_index": [0, 0], "a:angle_rad": [1.0, 2.0]}), "no column 'time_s'"),
         (
             pd.DataFrame(
