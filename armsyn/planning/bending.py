@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from armsyn.errors import LimitError
 from armsyn.kinematics import SerialChain
-from armsyn.planning.postures import jacobians
+from armsyn.planning.ending import EASE
+from armsyn.planning.postures import jacobians, tips
 
 FloatArray = NDArray[np.float64]
 
@@ -19,6 +20,8 @@ _CLOSE_M = 1e-4
 _PASSES = 12
 _INSIDE = 1e-6
 """rad (or m) past a limit that are rounding."""
+_INSET = 0.01
+"""rad (or m) inside its limit at which a joint is stopped, for splines swing a hair past."""
 _DAMPING_M = 5e-3
 
 
@@ -37,14 +40,13 @@ def to_end(angles: FloatArray, end: FloatArray) -> FloatArray:
     -------
     array, shape (phases, n)
     """
-    x = np.linspace(0.0, 1.0, angles.shape[0])[:, None]
-    return np.asarray(angles + x**3 * (10.0 - 15.0 * x + 6.0 * x**2) * (end - angles[-1]))
+    return np.asarray(angles + EASE[:, None] * (end - angles[-1]))
 
 
 def keeping_hand(
     chain: SerialChain, angles: FloatArray, hand: FloatArray, fixed: FloatArray | None = None
-) -> FloatArray:
-    """Bring the hand of a motion back to a path, within the joints' limits as far as they let it.
+) -> FloatArray | None:
+    """Bring the hand of a motion back to a path, by the joints that are free to.
 
     Parameters
     ----------
@@ -58,21 +60,21 @@ def keeping_hand(
 
     Returns
     -------
-    array, shape (phases, n)
-        The first row is unchanged.
+    array, shape (phases, n), or None
+        The first row is unchanged; None where the hand cannot be brought back without a joint
+        leaving its range, which would be a corner in the motion.
     """
     bent = np.array(angles)
     moving = np.ones(chain.dof) if fixed is None else np.where(fixed, 0.0, 1.0)
     for _ in range(_PASSES):
-        gap = hand - chain.positions(bent)[:, -1]
+        gap = hand - tips(chain, bent)
         gap[0] = 0.0
         if np.linalg.norm(gap, axis=1).max() < _CLOSE_M:
-            break
+            return None if leaves_range(chain, bent) and not leaves_range(chain, angles) else bent
         J = jacobians(chain, bent) * moving
         square = J @ J.transpose(0, 2, 1) + _DAMPING_M**2 * np.eye(3)
         bent += np.einsum("fij,fi->fj", J, np.linalg.solve(square, gap[..., None])[..., 0])
-        bent = np.clip(bent, np.minimum(angles, chain.lower), np.maximum(angles, chain.upper))
-    return bent
+    return None
 
 
 def leaves_range(chain: SerialChain, angles: FloatArray) -> LimitError | None:
@@ -100,53 +102,43 @@ def leaves_range(chain: SerialChain, angles: FloatArray) -> LimitError | None:
 
 
 def within_ranges(chain: SerialChain, angles: FloatArray) -> FloatArray:
-    """Bend a motion back into the joints' ranges; the hand stays on its path.
+    """Bend a motion back into the joints' ranges; start and end stay, the hand on its path.
 
     A joint that would leave its range nears its limit smoothly instead, and the others bring the
-    hand back to where it was. A target at which they cannot is missed, which the caller has to
-    judge.
+    hand back to where it was, or, where they cannot, to the end only.
 
     Parameters
     ----------
     chain : SerialChain
     angles : array, shape (phases, n)
-        rad or m; the first row within the limits.
+        rad or m; the first and the last row within the limits.
 
     Returns
     -------
     array, shape (phases, n)
-        Within the limits.
+        Within the limits, unless `leaves_range` still says otherwise.
     """
     if leaves_range(chain, angles) is None:
-        return np.clip(angles, chain.lower, chain.upper)
-    hand, bent = chain.positions(angles)[:, -1], angles
-    stopped = np.zeros(chain.dof, dtype=bool)
-    for _ in range(chain.dof):
-        out = ((bent < chain.lower - _INSIDE) | (bent > chain.upper + _INSIDE)).any(axis=0)
-        if not out.any():
-            break
-        bent = _saturated(bent, chain.lower, chain.upper)
-        stopped |= out
-        bent = keeping_hand(chain, bent, hand, stopped)
-    return np.clip(bent, chain.lower, chain.upper)
-
-
-def _saturated(angles: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """Squeeze what lies beyond a limit into the range, monotonously and without corners."""
-    below = -_squeezed(-angles, -lower)
-    return _squeezed(below, upper)
+        return angles
+    ends = angles[[0, -1]]
+    lower = np.minimum(chain.lower + _INSET, ends.min(axis=0))
+    upper = np.maximum(chain.upper - _INSET, ends.max(axis=0))
+    bent = -_squeezed(-_squeezed(angles, upper), -lower)
+    stopped = (bent != angles).any(axis=0)
+    bent = to_end(bent, angles[-1])
+    kept = keeping_hand(chain, bent, tips(chain, angles), stopped)
+    return bent if kept is None else to_end(kept, angles[-1])
 
 
 def _squeezed(angles: FloatArray, limit: FloatArray) -> FloatArray:
     """Take [knee, greatest] to [knee, limit] by a parabola that starts with slope 1.
 
     With width w = greatest - knee and excess e = greatest - limit it is x - e (x / w)^2, which
-    still rises at its end where w >= 2 e.
+    still rises at its end where w >= 2 e. The knee lies neither below start nor end, which stay.
     """
     greatest = angles.max(axis=0)
     excess = np.maximum(greatest - limit, 0.0)
-    # not before the start: that posture is where the arm is
-    knee = np.maximum(np.minimum(limit - excess, greatest), angles[0])
+    knee = np.maximum(limit - excess, angles[[0, -1]].max(axis=0))
     width = np.maximum(greatest - knee, 1e-12)
     x = np.maximum(angles - knee, 0.0)
-    return np.asarray(np.minimum(angles - excess * (x / width) ** 2, np.maximum(limit, angles[0])))
+    return np.asarray(np.minimum(angles - excess * (x / width) ** 2, limit))

@@ -10,15 +10,21 @@ from numpy.typing import ArrayLike
 from armsyn.arm import ArmDescription, find_file
 from armsyn.errors import DescriptionError, InputError, meant
 from armsyn.planning.checking import PLANNING_RATE_HZ
+from armsyn.planning.minimum_jerk import MinimumJerkPredictor
+from armsyn.planning.motion_planner import MotionPlanner
+from armsyn.planning.nearest import NearestReaches
 from armsyn.planning.planned import PlannedReach
 from armsyn.planning.posing import HandOrientation
+from armsyn.planning.prediction import Predictor
 from armsyn.planning.synergy_planner import SynergyPlanner, raw_library
 from armsyn.synergy import load_library
 
 SYNERGY = "synergy"
-PLANS = (SYNERGY, "latent", "linear", "minjerk")
-"""``synergy`` rolls the controller out with a learned synergy, ``latent`` and ``linear`` predict
-whole motions learned from people, ``minjerk`` is a rule that needs no captures."""
+MINIMUM_JERK = "minjerk"
+PLANS = (SYNERGY, "latent", "linear", MINIMUM_JERK)
+"""``synergy`` rolls the controller out with a learned synergy: that of the place, by the atlas; or,
+without an atlas, or with an optimiser or model given, the nearest that was learned. ``latent`` and
+``linear`` predict whole motions learned from people, ``minjerk`` is a rule without captures."""
 
 DEFAULT_PLAN = "latent"
 """What comes nearest to people (`armsyn experiment anytarget`); of arms that have an atlas."""
@@ -112,20 +118,35 @@ def planner_for(
         plan = SYNERGY if ik or model else default_plan(arm.name, directory)
     if plan not in PLANS:
         raise InputError(f"no plan {plan!r}, but {', '.join(PLANS)}{meant(plan, PLANS)}")
-    if plan == SYNERGY:
+    if plan == SYNERGY and (ik or model or not _has(arm.name, ATLAS, directory)):
         return _synergy_planner(arm, directory, ik or "svd", model or "C")
     if ik or model:
         raise InputError(f"optimisers and synergy models are of --plan {SYNERGY}, not of {plan}")
-    raise InputError("later")
+    predictor = (
+        MinimumJerkPredictor(arm.chain) if plan == MINIMUM_JERK else _of_atlas(arm, plan, directory)
+    )
+    return MotionPlanner(arm, predictor, _captured(arm, directory))
 
 
 def default_plan(name: str, directory: Path | None = None) -> str:
     """Return the plan of an arm when none is asked for: `DEFAULT_PLAN` if it has an atlas."""
+    return DEFAULT_PLAN if _has(name, ATLAS, directory) else SYNERGY
+
+
+def _of_atlas(arm: ArmDescription, plan: str, directory: Path | None) -> Predictor:
+    from armsyn.planning.atlas_file import load_atlas  # noqa: PLC0415  the others need none
+
+    return load_atlas(_found(arm.name, ATLAS, directory), arm).predictor(plan)
+
+
+def _captured(arm: ArmDescription, directory: Path | None) -> NearestReaches | None:
+    """What there is to compare a plan with."""
+    if not _has(arm.name, SYNERGIES, directory):
+        return None
     try:
-        find_file(name, ATLAS, directory)
-    except DescriptionError:
-        return SYNERGY
-    return DEFAULT_PLAN
+        return SynergyPlanner(arm, load_library(find_file(arm.name, SYNERGIES, directory))).captured
+    except InputError:  # of another arm, damaged, or nothing that fits: not needed to plan
+        return None
 
 
 def _synergy_planner(
@@ -140,9 +161,17 @@ def _synergy_planner(
     return SynergyPlanner(arm, library, ik, model)
 
 
+def _has(name: str, suffix: str, directory: Path | None) -> bool:
+    try:
+        find_file(name, suffix, directory)
+    except DescriptionError:
+        return False
+    return True
+
+
 def _found(name: str, suffix: str, directory: Path | None) -> Path:
     try:
         return find_file(name, suffix, directory)
     except DescriptionError as error:
-        error.add("or --plan minjerk, which needs no captures")
+        error.add(f"or --plan {MINIMUM_JERK}, which needs no captures")
         raise

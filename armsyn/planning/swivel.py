@@ -23,6 +23,8 @@ _FREE = 1e-3
 _SHORT_M = 5e-4
 _TURNED = 5e-3
 _STEP = 0.1
+_STEPS = 60
+"""Of `_STEP` rad of the joint that turns most: once round."""
 
 
 class Swivel(NamedTuple):
@@ -76,7 +78,9 @@ def _one_way(
     origins = chain.positions(posture[None])[0]
     direction = sign * _self_motion(chain, task, posture)
     q, wanted = posture, 1
-    while wanted <= MOST and np.linalg.norm(direction) > 0.0:
+    for _ in range(_STEPS):
+        if wanted > MOST or not direction.any():
+            return
         ahead = np.clip(q + _STEP * direction, chain.lower, chain.upper)
         there = settled(chain, task, ahead, steps=8)
         distance, angle = task.errors(chain, there)

@@ -106,7 +106,7 @@ class SynergyPlanner:
         first: _Arrived | None = None
         missed: RollOut | None = None
         hand = self.arm.chain.positions(start[None])[0, -1]
-        for rank, (learned, synergy) in enumerate(self._reaches.of(hand, task.goal)):
+        for rank, (learned, synergy) in enumerate(self.captured.of(hand, task.goal)):
             rolled = self._roll(start, task.goal, synergy, rate_hz, 1.0)
             if not rolled.arrived:
                 missed = rolled if missed is None or rolled.distance < missed.distance else missed
@@ -132,7 +132,8 @@ class SynergyPlanner:
         return self.library.complete
 
     @cached_property
-    def _reaches(self) -> NearestReaches:
+    def captured(self) -> NearestReaches:
+        """The learned reaches that may serve."""
         return NearestReaches(self.library, self.ik, self.model)
 
     @cached_property
@@ -184,7 +185,7 @@ class SynergyPlanner:
             plan=self.name,
             duration_s=float(arrived.rolled.time[-1]),
             source=f"planned for {self.arm.name} like {arrived.learned.name or 'nobody'}",
-            outside_m=self._reaches.outside(task.goal),
+            outside_m=self.captured.outside(task.goal),
             learned=arrived.learned if arrived.learned.name else None,
             synergy=arrived.synergy,
             rank=arrived.rank,
