@@ -11,15 +11,26 @@ import click
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
+    from armsyn.cli.long_work import StageBars
     from armsyn.kinematics import SerialChain
     from armsyn.motion import Motion
     from armsyn.motion.formats import Episode
 
 
 class Written:
-    """What has gone by on its way into a file."""
+    """What has gone by on its way into a file.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    bars : StageBars
+        Shows how many, when there are several.
+    sources : int
+        Files that they come from; each has one at least.
+    """
+
+    def __init__(self, bars: StageBars, sources: int) -> None:
+        self._bars = bars
+        self._sources = sources
         self.episodes = 0
         self.frames = 0
         self.kinds: dict[str, int] = {}
@@ -38,6 +49,9 @@ class Written:
             self.landmarks = len(episode.motion.landmark_names)
             self.filled |= episode.motion.filled is not None
             yield episode
+            if max(self.episodes, self._sources) > 1:
+                most = max(self.episodes, self._sources)
+                self._bars.update("episodes", self.episodes, most, "")
 
     def look_into(self, dataset: Path) -> None:
         """Take over what a LeRobotDataset has made of the frames."""
@@ -88,16 +102,19 @@ def export(
     InputError
         When units are told for another format, or something cannot be read or written.
     """
+    from armsyn.cli.long_work import StageBars
     from armsyn.errors import InputError
     from armsyn.motion.formats import write_episodes
 
-    suffix, written = out.suffix.lower(), Written()
+    suffix = out.suffix.lower()
     options: dict[str, Any] = {}
     if suffix == ".lerobot":
         options = _of_lerobot(arm, units)
     elif units is not None:
         raise InputError(f"{out}: --units is for .lerobot: {suffix} has radians and metres")
-    write_episodes(out, written.counted(episodes), **options)
+    with StageBars() as bars:
+        written = Written(bars, len(sources))
+        write_episodes(out, written.counted(episodes), **options)
     if suffix == ".lerobot":
         written.look_into(out)
     _report(out, sources, written, as_json)

@@ -4,11 +4,12 @@ Three topics, whose message definitions stand in the file:
 
 - ``/joint_trajectory`` (trajectory_msgs/msg/JointTrajectory): what the arm was told (see
   `armsyn.motion.formats.episodes.KINDS`), one message an episode, stamped with its first frame.
-  Points hold positions and ``time_from_start`` only: derived velocities would not be those of
-  anything, and a controller refuses a trajectory whose last one is not zero. None for an arm that
-  was only observed.
+  Points hold positions and ``time_from_start`` only: derived velocities were never commanded, and
+  ros2_controllers refuses a trajectory whose last ones are not zero. None for an arm that was only
+  observed.
 - ``/joint_states`` (sensor_msgs/msg/JointState): one message a frame; of a recording the measured
-  angles and (where all are known) velocities, of a plan the plan. ``effort`` is empty: a servo's current is no torque.
+  angles and, where all are known, velocities; of a plan its angles. ``effort`` is empty: a servo's
+  current is no torque.
 - ``/episode`` (std_msgs/msg/String): one message an episode before its first frame: a JSON object
   with its number, ``kind`` (planned, recorded, observed, motion), ``source`` and other facts, such
   as the port that a recording came from.
