@@ -69,7 +69,7 @@ def learn_atlas(
         arm=arm.name,
         joint_names=arm.joint_names,
         captures=selection,
-        sources=tuple(sorted({capture.source.split(",")[0] for capture in usable})),
+        sources=tuple(sorted({_source(capture) for capture in usable})),
         subjects=tuple(sorted(set(examples.subjects))),
         reaches=examples.size,
         places=len(set(zip(examples.subjects, examples.places, strict=True))),
@@ -97,6 +97,11 @@ def _usable(
         first = next(iter(left_out.values()), "none given")
         raise CaptureError(f"none of {len(captures)} captures can be used: {first}")
     return usable, left_out
+
+
+def _source(capture: Capture) -> str:
+    """Set and file of a capture."""
+    return f"{capture.name.split(':')[0]}: {capture.source.split()[0]}"
 
 
 def _inputs_hash(examples: Examples) -> str:

@@ -47,7 +47,12 @@ def likeness_of(
         assert wanted is not None and capture.motion.landmarks is not None  # noqa: S101, PT018
         posture = arm.rest
         for frame in np.linspace(0, len(wanted) - 1, FRAMES).round().astype(int):
-            fit = fit_posture(arm.chain, arm.landmark_frames, wanted[frame], posture)
+            # far from the last posture there may be a nearer valley than the first one found
+            fits = (
+                fit_posture(arm.chain, arm.landmark_frames, wanted[frame], near)
+                for near in (posture, arm.rest, 0.5 * (arm.chain.lower + arm.chain.upper))
+            )
+            fit = min(fits, key=lambda one: one.residual)
             posture = fit.posture
             residuals.append(fit.residual)
             person = dict(
