@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 
 from armsyn.kinematics import SerialChain
 from armsyn.planning.examples import PHASE
-from armsyn.planning.postures import postures_at
+from armsyn.planning.leading import lead_each
+from armsyn.planning.postures import descent_of
 
 FloatArray = NDArray[np.float64]
 
+FADE = 1.0 - PHASE
 EASE = PHASE**3 * (10 - 15 * PHASE + 6 * PHASE**2)
 """Minimum jerk from 0 to 1 (Flash and Hogan 1985)."""
 
@@ -40,14 +42,20 @@ def led_to(
     errors : array, shape (M,)
         Distance of the hand to the target at the end, m.
     """
-    begun = angles + (starts - angles[:, 0])[:, None] * (1 - PHASE)[:, None]
-    begun[:, 0] = starts
-    return ended_at(chain, begun, targets)
+    return _led(chain, angles, starts, targets)
 
 
 def ended_at(
     chain: SerialChain, angles: FloatArray, targets: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Move motions to their targets only; see `led_to`."""
-    postures, errors = postures_at(chain, angles[:, -1], targets)
-    return angles + (postures - angles[:, -1])[:, None] * EASE[:, None], errors
+    return _led(chain, angles, angles[:, 0], targets)
+
+
+def _led(
+    chain: SerialChain, angles: FloatArray, starts: FloatArray, targets: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    led, errors = np.array(angles, order="C"), np.empty(len(angles))
+    first, goals = np.array(starts, order="C"), np.ascontiguousarray(targets)
+    lead_each(chain.arrays, first, goals, FADE, EASE, descent_of(chain), led, errors)
+    return led, errors

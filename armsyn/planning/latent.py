@@ -20,9 +20,9 @@ from armsyn.planning.ending import led_to
 from armsyn.planning.examples import PHASES, Examples
 from armsyn.planning.features import Kernel, Regression, best_kernel, regression
 from armsyn.planning.hull import Hull
+from armsyn.planning.leading import deviate_each
 from armsyn.planning.linear import check_enough
 from armsyn.planning.movement_time import MovementTime, learn_movement_time
-from armsyn.planning.postures import jacobians, tips
 from armsyn.planning.prediction import Predicted, checked_reaches
 
 FloatArray = NDArray[np.float64]
@@ -78,7 +78,7 @@ class LatentPredictor:
         """Predict M reaches; see `armsyn.planning.prediction.Predictor`."""
         first, goals = checked_reaches(self.chain, starts, targets)
         coefficients = self.fit(goals)
-        deviation = self._deviation(coefficients, first, goals)
+        deviation = self.deviation(coefficients, first, goals)
         free = self.mean + np.concatenate([coefficients, deviation], axis=1) @ self._basis
         free = free.reshape(len(goals), PHASES, self.chain.dof)
         angles, errors = led_to(self.chain, free, first, goals)
@@ -89,29 +89,41 @@ class LatentPredictor:
     def _basis(self) -> FloatArray:
         return np.concatenate([self.components, self.deviations])
 
-    def _deviation(
+    def deviation(
         self, coefficients: FloatArray, starts: FloatArray, goals: FloatArray
     ) -> FloatArray:
-        """The likeliest deviations, shape (M, k), given starts and goals, in standard ones."""
-        n, k = self.chain.dof, len(self.deviations)
-        begin, end = self.mean[:n], self.mean[-n:]
-        begins = begin + coefficients @ self.components[:, :n]
-        ends = end + coefficients @ self.components[:, -n:]
-        last = self.deviations[:, -n:]
-        x = np.zeros((len(goals), k))
-        C = np.empty((len(goals), n + 3, k))
-        C[:, :n] = self.deviations[:, :n].T
-        wanted = np.empty((len(goals), n + 3))
-        wanted[:, :n] = starts - begins
-        for _ in range(_STEPS):
-            here = ends + x @ last
-            C[:, n:] = jacobians(self.chain, here) @ last.T
-            along = np.einsum("mik,mk->mi", C[:, n:], x)
-            wanted[:, n:] = goals - tips(self.chain, here) + along
-            B = C @ C.transpose(0, 2, 1) + np.diag(self.damping**2)
-            x = np.einsum("mik,mi->mk", C, np.linalg.solve(B, wanted[..., None])[..., 0])
-            length = np.linalg.norm(x, axis=1, keepdims=True)
-            x *= np.minimum(1.0, MOST_SIGMA / np.maximum(length, MOST_SIGMA))
+        """Return the likeliest deviations from what targets say.
+
+        They minimise |x|^2 and the squared misses of start posture and target, each over its
+        `damping`.
+
+        Parameters
+        ----------
+        coefficients : array, shape (M, m)
+            Of `fit`.
+        starts : array, shape (M, n)
+        goals : array, shape (M, 3)
+
+        Returns
+        -------
+        array, shape (M, k)
+            In standard deviations, no longer than `MOST_SIGMA`.
+        """
+        n = self.chain.dof
+        x = np.empty((len(goals), len(self.deviations)))
+        deviate_each(
+            self.chain.arrays,
+            np.ascontiguousarray(self.deviations[:, :n]),
+            np.ascontiguousarray(self.deviations[:, -n:]),
+            starts,
+            goals,
+            self.damping,
+            self.mean[:n] + coefficients @ self.components[:, :n],
+            self.mean[-n:] + coefficients @ self.components[:, -n:],
+            _STEPS,
+            MOST_SIGMA,
+            x,
+        )
         return x
 
 

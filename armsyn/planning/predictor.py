@@ -9,12 +9,15 @@ from armsyn.errors import InputError
 from armsyn.planning.examples import Examples
 from armsyn.planning.latent import learn_latent
 from armsyn.planning.linear import learn_linear
+from armsyn.planning.minimum_jerk import learn_minimum_jerk, learn_straight_hand
 from armsyn.planning.prediction import Predicted, Predictor, checked_reaches
 from armsyn.planning.synergy_atlas import SYNERGY_PREDICTORS
 
 PREDICTORS: Mapping[str, Callable[..., Predictor]] = {
     "linear": learn_linear,
     "latent": learn_latent,
+    "minjerk": learn_minimum_jerk,
+    "minjerk_hand": learn_straight_hand,
     **SYNERGY_PREDICTORS,
 }
 """Each learns from `Examples` and its own options."""

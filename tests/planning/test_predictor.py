@@ -1,5 +1,6 @@
 """Predicted reaches: exact start, end within a millimetre, times and the captured workspace."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,14 @@ from scipy.optimize import minimize
 
 from armsyn.arm import load_arm
 from armsyn.errors import CaptureError, InputError
-from armsyn.planning.examples import examples_of_people
+from armsyn.planning.examples import PHASE, examples_of_people
+from armsyn.planning.features import Kernel, best_kernel, regression
 from armsyn.planning.hull import Hull
+from armsyn.planning.latent import learn_latent
+from armsyn.planning.minimum_jerk import MinimumJerkPredictor, StraightHandPredictor
+from armsyn.planning.movement_time import learn_movement_time
 from armsyn.planning.postures import jacobians, postures_at, tips
-from armsyn.planning.predictor import PREDICTORS, learn_predictor
+from armsyn.planning.predictor import learn_predictor
 from tests.planning.people import made_examples
 
 RANDOM = np.random.default_rng(5)
@@ -53,7 +58,10 @@ def test_distance_to_the_hull_is_that_of_an_optimiser() -> None:
         Hull.of(np.column_stack([points[:, :2], np.zeros(30)]))
 
 
-@pytest.mark.parametrize("kind", PREDICTORS)
+WHOLE_MOTIONS = ("linear", "latent", "minjerk", "minjerk_hand")
+
+
+@pytest.mark.parametrize("kind", WHOLE_MOTIONS)
 def test_a_prediction_starts_and_ends_where_it_was_asked_to(kind: str) -> None:
     examples = made_examples(noise=0.05)
     predictor = learn_predictor(kind, examples)
@@ -72,7 +80,7 @@ def test_a_prediction_starts_and_ends_where_it_was_asked_to(kind: str) -> None:
     assert (found.durations <= examples.durations.max()).all()
 
 
-@pytest.mark.parametrize("kind", PREDICTORS)
+@pytest.mark.parametrize("kind", WHOLE_MOTIONS)
 def test_what_cannot_be_predicted_is_refused(kind: str) -> None:
     examples = made_examples()
     with pytest.raises(CaptureError):
@@ -85,6 +93,103 @@ def test_what_cannot_be_predicted_is_refused(kind: str) -> None:
     far = predictor.predict(examples.starts[:1], np.array([[5.0, 0.0, 0.0]]))
     assert not far.reached[0]
     assert far.outside[0] > 4.0
+
+
+@pytest.mark.parametrize("kind", WHOLE_MOTIONS)
+def test_many_reaches_at_once_are_those_of_each(kind: str) -> None:
+    examples = made_examples(noise=0.05)
+    predictor, rows = learn_predictor(kind, examples), range(20)
+    starts, targets = examples.starts[:20] + 0.02, examples.targets[:20] - 0.01
+    together = predictor.predict(starts, targets)
+    for row in rows:
+        alone = predictor.predict(starts[row : row + 1], targets[row : row + 1])
+        assert np.allclose(alone.angles[0], together.angles[row], atol=1e-9)
+        assert alone.durations[0] == pytest.approx(together.durations[row])
+
+
+def test_the_latent_motion_is_the_likeliest_given_start_and_end() -> None:
+    """An optimiser that knows nothing of steps or Jacobians finds no likelier deviation."""
+    examples = made_examples(noise=0.1, seed=3)
+    model = learn_latent(examples, kernel=Kernel(0.1))
+    start, target = examples.starts[:1] + 0.03, examples.targets[1:2]
+    coefficients = model.fit(target)
+    base = model.mean + coefficients[0] @ model.components
+
+    def surprise(x: np.ndarray) -> float:
+        motion = base + x @ model.deviations
+        miss = np.concatenate(
+            [start[0] - motion[:4], target[0] - tips(examples.chain, motion[None, -4:])[0]]
+        )
+        return float(x @ x + np.sum((miss / model.damping) ** 2))
+
+    best = minimize(surprise, np.zeros(len(model.deviations)), tol=1e-12).x
+    found = model.deviation(coefficients, start, target)[0]
+    assert surprise(found) <= surprise(best) * (1 + 1e-5)
+    assert np.allclose(found, best, atol=1e-2)
+
+
+def test_what_repeats_vary_together_is_corrected_together() -> None:
+    """A start that is off in a joint moves the others as it does in the examples."""
+    examples = made_examples(count=60, seed=4)
+    draw = np.random.default_rng(1).normal(0.0, 0.1, (60, 1))
+    bent = examples.angles.copy()
+    bent[:, :60, 2:3] += (draw * (1 - PHASE[:60]))[:, :, None]
+    bent[:, :60, 3:4] -= (draw * (1 - PHASE[:60]))[:, :, None]
+    model = learn_latent(dataclasses.replace(examples, angles=bent))
+    start = bent[:, 0].mean(axis=0)
+    starts = np.array([start, start + np.array([0.0, 0.0, 0.2, -0.2])])
+    found = model.predict(starts, examples.targets[[0, 0]]).angles
+    apart = (found[1] - found[0])[30]
+    assert apart[2] == pytest.approx(0.14, abs=0.03)
+    assert apart[3] == pytest.approx(-0.14, abs=0.03)
+
+
+def test_minimum_jerk_has_its_closed_form_and_needs_no_captures() -> None:
+    chain = load_arm("human7", calibrated=False).chain
+    starts, ends = RANDOM.uniform(0.5 * chain.lower, 0.5 * chain.upper, (2, 10, 7))
+    targets = tips(chain, 0.8 * starts + 0.2 * ends)
+    joints = MinimumJerkPredictor(chain).predict(starts, targets)
+    s = np.linspace(0.0, 1.0, 101)[:, None]
+    share = 6 * s**5 - 15 * s**4 + 10 * s**3
+    assert np.allclose(
+        joints.angles, starts[:, None] + (joints.angles[:, -1:] - starts[:, None]) * share
+    )
+    assert np.isnan(joints.outside).all()
+    straight = StraightHandPredictor(chain).predict(starts, targets)
+    for motion, start, target in zip(straight.angles, starts, targets, strict=True):
+        from_hand = tips(chain, start[None])
+        assert np.allclose(tips(chain, motion), from_hand + (target - from_hand) * share, atol=1e-4)
+
+
+def test_more_time_is_predicted_for_a_farther_target() -> None:
+    examples = made_examples()
+    time = learn_movement_time(examples)
+    hands = tips(examples.chain, examples.starts)
+    way = np.linalg.norm(examples.targets - hands, axis=1)
+    slow = learn_movement_time(dataclasses.replace(examples, durations=0.5 + way))
+    predicted = slow(examples.chain, examples.starts, examples.targets)
+    assert np.corrcoef(predicted, way)[0, 1] > 0.9
+    far = time(examples.chain, examples.starts[:1], np.array([[9.0, 0.0, 0.0]]))
+    assert far[0] <= examples.durations.max()
+
+
+def test_a_bend_is_learned_where_enough_targets_show_it() -> None:
+    draw = np.random.default_rng(2)
+    x = draw.uniform(-1, 1, (60, 3))
+    y = np.sin(3 * x[:, :1]) + 0.01 * draw.normal(size=(60, 1))
+    names = tuple(str(row) for row in range(60))
+    kernels = (Kernel(1.0), Kernel(1.0, 100.0))
+    assert best_kernel(x, y, names, kernels) == kernels[1]
+    assert best_kernel(x, x @ [[1.0], [2.0], [3.0]], names, kernels) == kernels[0]
+    assert best_kernel(x, y, ("a", "b", "c") * 20, kernels) == kernels[0]
+
+
+def test_ridge_regression_is_that_of_its_normal_equations() -> None:
+    draw = np.random.default_rng(2)
+    x, y = draw.normal(2.0, 3.0, (30, 3)), draw.normal(size=(30, 2))
+    z = (x - x.mean(axis=0)) / x.std(axis=0)
+    slopes = np.linalg.solve(z.T @ z + 10 * np.eye(3), z.T @ (y - y.mean(axis=0)))
+    assert np.allclose(regression(x, y, Kernel(0.1))(x), y.mean(axis=0) + z @ slopes)
 
 
 def test_an_unknown_predictor_is_refused_by_name() -> None:
