@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armsyn.ik import optimiser_settings
-from armsyn.planning.tracking_law import Law, follow
+from armsyn.planning.tracking_law import OFF, POSTURE, VELOCITY, Law, follow, tick
 from armsyn.planning.tracking_plan import (
     GUARD,
     STEP_S,
@@ -31,20 +31,8 @@ from armsyn.planning.tracking_plan import (
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-LAG_S = 0.05
-"""By which measured joints trail their commands, s, until it is known better: a first-order lag."""
-
-LAGS_S = (0.01, 0.15)
-"""Lags that are believed, s."""
-
-_BELIEF = 0.1
-"""How much motion, rad2/s, it takes to change one's mind about a lag by half."""
-
 CORRECTION_S = 0.25
 """Time constant with which it is learned how far the arm stands off its commands, s."""
-
-LARGEST_CORRECTION = 0.1
-"""rad that the arm may stand off its commands and be corrected for."""
 
 LEAD_S = 0.02
 """How far ahead the first try plans the moment at which the arm turns to a new target, s."""
@@ -179,10 +167,9 @@ class ReachTracker:
         chain = self.planner.arm.chain
         self._state = State.at_rest(np.clip(self.start, chain.lower, chain.upper))
         self._moment = _Moment(0.0, self._state.copy(), None)
+        self._chain = chain.arrays
         self._settings = optimiser_settings(self.planner.ik)
         self._bounds = self.planner.bounds(GUARD)
-        self._expected = self._state.moving.q.copy()
-        self._trailed = np.full((2, self.start.size), _BELIEF) * [[LAG_S], [1.0]]
         self._no_path = np.empty((0, self.start.size))
         self._lock = threading.Lock()
 
@@ -245,28 +232,25 @@ class ReachTracker:
     def _ahead(self, moment: _Moment, begin: float) -> State:
         """State in which the arm will be if nothing happens until then."""
         state, following = moment.state.copy(), moment.following
-        if following is not None:
-            self._advance(state, following, moment.t, begin - moment.t)
-        return state
-
-    def _advance(self, state: State, following: _Following, t: float, span: float) -> float:
-        """Let `span` seconds pass; returns the hand's distance from its target, m."""
+        if following is None:
+            return state
+        span = begin - moment.t
         steps = max(1, int(np.ceil(span / STEP_S - 1e-6)))
-        _, distance, _ = follow(
-            self.planner.arm.chain.arrays,
+        follow(
+            self._chain,
             self._settings,
             following.law,
             self._bounds,
-            state.correction,
+            state.sensed[OFF],
             state.moving,
-            t - following.since,
+            moment.t - following.since,
             span / steps,
             steps,
             -1.0,
             True,
             self._no_path,
         )
-        return distance
+        return state
 
     def setpoint(self, t: float, state: Measured) -> FloatArray | None:
         """Posture for a time of the stream, from what the joints measured last.
@@ -282,22 +266,34 @@ class ReachTracker:
         array, shape (n,), or None
             rad; None once `finish` was called and the last target is reached.
         """
-        before = self._moment
+        before, moving = self._moment, self._state.moving
         span = t - before.t
         if span <= 0.0:
-            return self._state.moving.q.copy()
+            return np.array(moving[POSTURE])
         following = self._turned(before)
-        if following is None:
-            if self._finishing and self._next is None:
-                return None
-        else:
-            if following.settled and self._finishing and self._next is None:
-                return None
-            self._learn(state, span, following)
-            distance = self._advance(self._state, following, before.t, span)
-            self._look(following, state, t, span, distance)
+        idle = following is None or following.settled
+        if self._finishing and idle and self._next is None:
+            return None
+        if following is not None:
+            distance, fastest = tick(
+                self._chain,
+                self._settings,
+                following.law,
+                self._bounds,
+                self._state.sensed,
+                moving,
+                state.position,
+                state.fresh,
+                before.t - following.since,
+                span,
+                STEP_S,
+                0.0 if following.settled else 1.0 / CORRECTION_S,
+            )
+            if not following.settled:
+                near = distance <= ARRIVED_M and 0.1 * fastest <= TOLERANCE_M
+                self._look(following, state, t, span if near else -np.inf)
         self._moment = _Moment(t, self._state.copy(), following)
-        return self._state.moving.q.copy()
+        return np.array(moving[POSTURE])
 
     def _turned(self, before: _Moment) -> _Following | None:
         """Turn to the next target if it is time to."""
@@ -308,7 +304,7 @@ class ReachTracker:
                 return following
             self._next = None
             law = aim.planned.law
-            if self._state.moving.v.any() or self._state.moving.a.any():
+            if self._state.moving[VELOCITY:].any():
                 law = self.planner.begun(law, self._state)
             turned = _Following(aim, law, before.t)
             self._moment = before._replace(following=turned)
@@ -316,30 +312,9 @@ class ReachTracker:
             self._end(following, before.t, arrived=False)
         return turned
 
-    def _learn(self, state: Measured, span: float, following: _Following) -> None:
-        """Learn how far the arm stands off its commands."""
-        lag = np.clip(self._trailed[0] / self._trailed[1], *LAGS_S)
-        known = state.fresh & np.isfinite(state.position)
-        gap = np.where(known, self._state.moving.q - state.position, 0.0)
-        behind = self._state.moving.q - self._expected
-        speed = behind / lag
-        self._expected += behind * (1.0 - np.exp(-span / lag))
-        self._trailed += span * np.array([gap * speed, speed * speed]) * known
-        if following.settled:
-            return
-        correction = self._state.correction
-        off = np.where(known, state.position - self._expected, correction)
-        correction += min(span / CORRECTION_S, 1.0) * (off - correction)
-        np.clip(correction, -LARGEST_CORRECTION, LARGEST_CORRECTION, out=correction)
-
-    def _look(
-        self, following: _Following, state: Measured, t: float, span: float, distance: float
-    ) -> None:
-        """See whether the hand has arrived."""
-        if following.settled:
-            return
-        slow = 0.1 * np.abs(self._state.moving.v).max() <= TOLERANCE_M
-        following.near_for = following.near_for + span if slow and distance <= ARRIVED_M else 0.0
+    def _look(self, following: _Following, state: Measured, t: float, near: float) -> None:
+        """See whether the hand has arrived, the commanded one having been there `near` s more."""
+        following.near_for = max(0.0, following.near_for + near)
         if following.near_for < SETTLE_S:
             return
         error = self._error(following.aim, state.position)
@@ -353,8 +328,7 @@ class ReachTracker:
 
     def _error_now(self, aim: Aim) -> float:
         """Distance of the hand from a target, as far as it is known, m."""
-        state = self._moment.state
-        return self._error(aim, state.moving.q + state.correction)
+        return self._error(aim, self._moment.state.seen)
 
     def _end(
         self, following: _Following, t: float, *, arrived: bool, error: float | None = None

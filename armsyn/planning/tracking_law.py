@@ -18,77 +18,61 @@ from armsyn.kernels.chain import ChainArrays, forward, jacobian
 from armsyn.kernels.compiling import generated_kernel, kernel
 from armsyn.kernels.optimisers import OptimiserSettings, change_of_posture
 from armsyn.kernels.plain import ramp_value, task_error
-from armsyn.kernels.types import FloatArray
+from armsyn.kernels.types import BoolArray, FloatArray
+
+TARGET, CLOCK, RATE, RAMP, LIMIT_RATE, FADE = slice(0, 3), 3, 4, 5, 6, 7
+"""Where what stands in `Law.hand`."""
+
+GAIN, SLOPE, OFFSET, CARRIED, BENT = range(5)
+"""Rows of `Law.joints`."""
+
+SPEED, ACCELERATION, JERK = range(3)
+"""Rows of bounds."""
+
+POSTURE, VELOCITY, BEND = range(3)
+"""Rows of how an arm moves: rad, rad/s, rad/s2."""
+
+OFF, EXPECTED, TRAILED, MOVED = range(4)
+"""Rows of what is sensed: how far the arm stands off its commands, rad; where it is expected to
+be, rad; and, of the line through the origin that tells a joint's lag, the two sums."""
+
+LAGS_S = (0.01, 0.15)
+"""Lags of servos that are believed, s."""
+
+LARGEST_OFF = 0.1
+"""rad that the arm may stand off its commands and be corrected for."""
 
 BRAKING = 0.8
 """Share of a joint's acceleration that it keeps for stopping before the end of its range."""
 
 
 class Law(NamedTuple):
-    """Which target the hand follows, and how.
+    """Which target the hand follows, and how; few arrays, for each costs a call some time.
 
     Attributes
     ----------
-    target : array, shape (3,)
-        m, base frame.
-    gains : array, shape (n,)
-        Diagonal of M.
-    slopes, offsets : array, shape (1,) or (n,)
-        phi = 1 / (1 + exp(offset - slope t)), slope in 1/s.
-    carried : array, shape (2, n)
-        Velocity, rad/s, and acceleration, rad/s2, that the arm had beyond the controller's when
-        the target changed.
-    clock : float
-        Time of phi at which the law begins, s.
-    rate : float
-        lambda, 1/s.
-    ramp : float
-        phi is multiplied by a minimum-jerk rise of this duration, s.
-    limit_rate : float
-        The controller brings a joint nearer to a limit at most at this rate times its distance
-        to it, 1/s.
-    fade : float
-        Time constant with which what was carried fades, s.
+    hand : array, shape (8,)
+        The target (m, base frame), then: time of phi at which the law begins, s; lambda, 1/s;
+        duration of the minimum-jerk rise that phi is multiplied by, s; the rate at which the
+        controller brings a joint nearer to a limit at most, times its distance, 1/s; time
+        constant with which what was carried fades, s.
+    joints : array, shape (5, n)
+        Gain; slope, 1/s, and offset of phi = 1 / (1 + exp(offset - slope t)); velocity, rad/s,
+        and acceleration, rad/s2, that the arm had beyond the controller's as the law began.
     """
 
-    target: FloatArray
-    gains: FloatArray
-    slopes: FloatArray
-    offsets: FloatArray
-    carried: FloatArray
-    clock: float
-    rate: float
-    ramp: float
-    limit_rate: float
-    fade: float
+    hand: FloatArray
+    joints: FloatArray
 
+    @property
+    def target(self) -> FloatArray:
+        """m, base frame, shape (3,)."""
+        return self.hand[TARGET]
 
-class Bounds(NamedTuple):
-    """What joints may do.
-
-    Attributes
-    ----------
-    speed, acceleration, jerk : array, shape (n,)
-        rad/s, rad/s2 and rad/s3.
-    """
-
-    speed: FloatArray
-    acceleration: FloatArray
-    jerk: FloatArray
-
-
-class Moving(NamedTuple):
-    """How an arm moves at a moment; `follow` writes into it.
-
-    Attributes
-    ----------
-    q, v, a : array, shape (n,)
-        Posture, rad, velocity, rad/s, and acceleration, rad/s2.
-    """
-
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
+    @property
+    def clock(self) -> float:
+        """Time of phi at which it begins, s."""
+        return float(self.hand[CLOCK])
 
 
 @kernel
@@ -107,6 +91,7 @@ def controller_velocity(
     `t` is the time of phi, s.
     """
     rotation, translation, prismatic, lower, upper = chain
+    hand, joints = law
     n = q.shape[0]
     # padded to whole vectors, as roll-outs are
     padded = np.zeros((n + 7) // 8 * 8)
@@ -115,18 +100,15 @@ def controller_velocity(
     origins, axes, tip = np.empty((n + 1, 3)), np.empty((n, 3)), np.empty((0, 0))
     forward(rotation, translation, prismatic, padded, sines, cosines, origins, axes, tip)
     dX, J = np.empty(3), np.empty((3, n))
-    distance = task_error(law.target, tip, origins[n], tip, dX)
+    distance = task_error(hand, tip, origins[n], tip, dX)
     jacobian(prismatic, origins, axes, J)
     change_of_posture(optimiser, J, dX, np.empty((3, 3)), np.empty((3, 3)), np.empty(3), velocity)
-    factor = law.rate * ramp_value(t, law.ramp)
-    shared = law.slopes.shape[0] == 1
-    phi = 0.0
+    factor = hand[RATE] * ramp_value(t, hand[RAMP])
     for i in range(n):
-        if i == 0 or not shared:
-            phi = factor / (1.0 + math.exp(law.offsets[i] - law.slopes[i] * t))
-        wanted = phi * law.gains[i] * velocity[i]
-        nearer = law.limit_rate * min(lower[i] - q[i], 0.0)
-        farther = law.limit_rate * max(upper[i] - q[i], 0.0)
+        phi = factor / (1.0 + math.exp(joints[OFFSET, i] - joints[SLOPE, i] * t))
+        wanted = phi * joints[GAIN, i] * velocity[i]
+        nearer = hand[LIMIT_RATE] * min(lower[i] - q[i], 0.0)
+        farther = hand[LIMIT_RATE] * max(upper[i] - q[i], 0.0)
         velocity[i] = min(max(wanted, nearer), farther)
     return distance
 
@@ -138,9 +120,63 @@ def carried_velocity(law: Law, joint: int, elapsed: float) -> float:
     It fades as what is critically damped does, which has no memory: a law that takes over from
     another on the way goes on with the same fading.
     """
-    v = law.carried[0, joint]
-    slope = law.carried[1, joint] + v / law.fade
-    return float((v + slope * elapsed) * math.exp(-elapsed / law.fade))
+    fade = law.hand[FADE]
+    v = law.joints[CARRIED, joint]
+    slope = law.joints[BENT, joint] + v / fade
+    return float((v + slope * elapsed) * math.exp(-elapsed / fade))
+
+
+@kernel
+def _advance(
+    chain: ChainArrays,
+    optimiser: OptimiserSettings,
+    law: Law,
+    bounds: FloatArray,
+    off: FloatArray,
+    moving: FloatArray,
+    elapsed: float,
+    step: float,
+    steps: int,
+    tolerance: float,
+    guarded: bool,
+    path: FloatArray,
+) -> tuple[int, float, float, float]:
+    """Let an arm follow a law; as `follow`, which see, with the fastest joint's speed last."""
+    n = moving.shape[1]
+    seen, velocity = np.empty(n), np.empty(n)
+    lower, upper = chain.lower, chain.upper
+    distance, excess, fastest, made = math.inf, 0.0, 0.0, 0
+    q, speeds, bends = moving[POSTURE], moving[VELOCITY], moving[BEND]
+    while made < steps:
+        elapsed += step
+        made += 1
+        for i in range(n):
+            seen[i] = q[i] + off[i]
+        t = law.hand[CLOCK] + elapsed
+        distance = controller_velocity(chain, optimiser, law, seen, q, t, velocity)
+        fastest = 0.0
+        for i in range(n):
+            v = velocity[i] + carried_velocity(law, i, elapsed)
+            before = speeds[i]
+            most = bounds[ACCELERATION, i]
+            strain = abs(v - before) / (step * most)
+            excess = max(excess, abs(v) / bounds[SPEED, i], math.sqrt(strain))
+            if guarded:
+                twist = bounds[JERK, i] * step
+                a = min(max((v - before) / step, bends[i] - twist), bends[i] + twist)
+                a = min(max(a, -most), most)
+                v = min(max(before + a * step, -bounds[SPEED, i]), bounds[SPEED, i])
+                v = min(v, stopping_speed(upper[i] - q[i], BRAKING * most, step))
+                v = max(v, -stopping_speed(q[i] - lower[i], BRAKING * most, step))
+            bends[i] = (v - before) / step
+            speeds[i] = v
+            q[i] += v * step
+            fastest = max(fastest, abs(v))
+        if path.shape[0] > 0:
+            path[made - 1] = q
+        if distance <= tolerance and 0.1 * fastest <= tolerance:
+            break
+    return made, distance, excess, fastest
 
 
 @generated_kernel  # gives way to other threads of Python: one plans while another streams
@@ -148,9 +184,9 @@ def follow(
     chain: ChainArrays,
     optimiser: OptimiserSettings,
     law: Law,
-    bounds: Bounds,
-    correction: FloatArray,
-    moving: Moving,
+    bounds: FloatArray,
+    off: FloatArray,
+    moving: FloatArray,
     elapsed: float,
     step: float,
     steps: int,
@@ -162,19 +198,22 @@ def follow(
 
     Parameters
     ----------
-    chain, optimiser, law, bounds
+    chain, optimiser, law
         As named.
-    correction : array, shape (n,)
+    bounds : array, shape (3, n)
+        Greatest speeds, rad/s, accelerations, rad/s2, and jerks, rad/s3.
+    off : array, shape (n,)
         What the arm stands off the posture that it is commanded, rad.
-    moving : Moving
-        Written to.
+    moving : array, shape (3, n)
+        Posture, rad, velocity, rad/s, and acceleration, rad/s2; written to.
     elapsed : float
         Since the law began, s.
     step : float
         s.
     steps : int
     tolerance : float
-        Stop once the hand is this near, m, and slower than that a step of 0.1 s; negative: never.
+        Stop once the hand is this near, m, and every joint slower than that, m, in a tenth of a
+        second and radians; negative: never.
     guarded : bool
         Whether velocities are kept within `bounds` and joints within their ranges; without it the
         motion is as the law alone wants it.
@@ -187,42 +226,75 @@ def follow(
         Steps made; the distance of the hand from its target before the last, m; and by how much
         the law would have to be slowed to keep the bounds, at most 1 where it does.
     """
-    n = moving.q.shape[0]
-    seen, velocity = np.empty(n), np.empty(n)
-    lower, upper = chain.lower, chain.upper
-    distance, excess, made = math.inf, 0.0, 0
-    while made < steps:
-        elapsed += step
-        made += 1
-        for i in range(n):
-            seen[i] = moving.q[i] + correction[i]
-        distance = controller_velocity(
-            chain, optimiser, law, seen, moving.q, law.clock + elapsed, velocity
-        )
-        fastest = 0.0
-        for i in range(n):
-            v = velocity[i] + carried_velocity(law, i, elapsed)
-            before = moving.v[i]
-            strain = abs(v - before) / (step * bounds.acceleration[i])
-            excess = max(excess, abs(v) / bounds.speed[i], math.sqrt(strain))
-            if guarded:
-                a = (v - before) / step
-                twist = bounds.jerk[i] * step
-                a = min(max(a, moving.a[i] - twist), moving.a[i] + twist)
-                a = min(max(a, -bounds.acceleration[i]), bounds.acceleration[i])
-                v = min(max(before + a * step, -bounds.speed[i]), bounds.speed[i])
-                brake = BRAKING * bounds.acceleration[i]
-                v = min(v, stopping_speed(upper[i] - moving.q[i], brake, step))
-                v = max(v, -stopping_speed(moving.q[i] - lower[i], brake, step))
-            moving.a[i] = (v - before) / step
-            moving.v[i] = v
-            moving.q[i] += v * step
-            fastest = max(fastest, abs(v))
-        if path.shape[0] > 0:
-            path[made - 1] = moving.q
-        if distance <= tolerance and 0.1 * fastest <= tolerance:
-            break
+    made, distance, excess, _ = _advance(
+        chain, optimiser, law, bounds, off, moving, elapsed, step, steps, tolerance, guarded, path
+    )
     return made, distance, excess
+
+
+@generated_kernel
+def tick(
+    chain: ChainArrays,
+    optimiser: OptimiserSettings,
+    law: Law,
+    bounds: FloatArray,
+    sensed: FloatArray,
+    moving: FloatArray,
+    position: FloatArray,
+    fresh: BoolArray,
+    elapsed: float,
+    span: float,
+    longest: float,
+    share: float,
+) -> tuple[float, float]:
+    """Learn from what was measured, then follow the law for `span` seconds.
+
+    A joint is taken to trail its commands by a first-order lag, which the measurements tell as
+    they go: the slope of commanded less measured over the speed expected.
+
+    Parameters
+    ----------
+    chain, optimiser, law, bounds, moving, elapsed
+        As `follow`; velocities are kept within `bounds`.
+    sensed : array, shape (4, n)
+        What is known of how measured joints differ from commands; written to.
+    position : array, shape (n,)
+        Measured last, rad.
+    fresh : array of bool, shape (n,)
+        Which joints were.
+    span : float
+        s.
+    longest : float
+        Longest step, s.
+    share : float
+        Of what the arm stands off, how much to learn a second, 1/s; 0 for nothing.
+
+    Returns
+    -------
+    tuple of (float, float)
+        Distance of the hand from its target, m, and the fastest joint's speed, rad/s.
+    """
+    n = moving.shape[1]
+    for i in range(n):
+        q = moving[POSTURE, i]
+        lag = min(max(sensed[TRAILED, i] / sensed[MOVED, i], LAGS_S[0]), LAGS_S[1])
+        behind = q - sensed[EXPECTED, i]
+        known = fresh[i] and math.isfinite(position[i])
+        if known:
+            speed = behind / lag
+            sensed[TRAILED, i] += span * speed * (q - position[i])
+            sensed[MOVED, i] += span * speed * speed
+        sensed[EXPECTED, i] += behind * (1.0 - math.exp(-span / lag))
+        if known:
+            gap = position[i] - sensed[EXPECTED, i] - sensed[OFF, i]
+            off = sensed[OFF, i] + min(span * share, 1.0) * gap
+            sensed[OFF, i] = min(max(off, -LARGEST_OFF), LARGEST_OFF)
+    steps = max(1, math.ceil(span / longest - 1e-6))
+    _, distance, _, fastest = _advance(
+        chain, optimiser, law, bounds, sensed[OFF], moving,
+        elapsed, span / steps, steps, -1.0, True, np.empty((0, n)),
+    )  # fmt: skip
+    return distance, fastest
 
 
 @kernel

@@ -21,10 +21,31 @@ from armsyn.errors import CollisionError, InputError, RefusedMotionError, Unreac
 from armsyn.ik import optimiser_settings
 from armsyn.kernels.rollout import Synergies
 from armsyn.planning.checking import checked_target, out_of_reach, where
-from armsyn.planning.tracking_law import Bounds, Law, Moving, controller_velocity, follow
+from armsyn.planning.tracking_law import (
+    CARRIED,
+    CLOCK,
+    EXPECTED,
+    FADE,
+    GAIN,
+    LIMIT_RATE,
+    MOVED,
+    OFF,
+    OFFSET,
+    POSTURE,
+    RAMP,
+    RATE,
+    SLOPE,
+    TRAILED,
+    VELOCITY,
+    Law,
+    controller_velocity,
+    follow,
+    tick,
+)
 from armsyn.safety import check_collision
 from armsyn.synergy import SynergyLibrary
-from armsyn.synergy.controller import LIMIT_RATE, RAMP_S
+from armsyn.synergy.controller import LIMIT_RATE as NEARING_RATE
+from armsyn.synergy.controller import RAMP_S
 
 FloatArray = NDArray[np.float64]
 
@@ -68,28 +89,43 @@ _LOOKED_AT = 2
 """Every such posture of a way is looked at for collisions, and what lies between."""
 
 
+LAG_S = 0.05
+"""By which measured joints trail their commands, s, until it is known better."""
+
+_BELIEF = 0.1
+"""How much motion, rad2/s, it takes to change one's mind about a lag by half."""
+
+
 class State(NamedTuple):
     """How an arm moves, and how far it stands off what it is told.
 
     Attributes
     ----------
-    moving : Moving
-    correction : array, shape (n,)
-        Measured less commanded posture, as far as it is known, rad.
+    moving : array, shape (3, n)
+        Posture, rad, velocity, rad/s, and acceleration, rad/s2, as commanded.
+    sensed : array, shape (4, n)
+        What `armsyn.planning.tracking_law.tick` knows of how measured joints differ from that.
     """
 
-    moving: Moving
-    correction: FloatArray
+    moving: FloatArray
+    sensed: FloatArray
+
+    @property
+    def seen(self) -> FloatArray:
+        """Where the arm is, as far as is known, shape (n,), rad."""
+        return np.asarray(self.moving[POSTURE] + self.sensed[OFF])
 
     def copy(self) -> State:
         """Arrays that nobody else writes to."""
-        return State(Moving(*(part.copy() for part in self.moving)), self.correction.copy())
+        return State(self.moving.copy(), self.sensed.copy())
 
     @classmethod
     def at_rest(cls, posture: FloatArray) -> State:
         """An arm that stands still where it is told, shape (n,), rad."""
-        n = posture.size
-        return cls(Moving(posture.copy(), np.zeros(n), np.zeros(n)), np.zeros(n))
+        moving, sensed = np.zeros((3, posture.size)), np.zeros((4, posture.size))
+        moving[POSTURE] = sensed[EXPECTED] = posture
+        sensed[TRAILED], sensed[MOVED] = _BELIEF * LAG_S, _BELIEF
+        return cls(moving, sensed)
 
 
 @dataclass(frozen=True)
@@ -188,16 +224,25 @@ class LawPlanner:
         """Compile what planning and following need, which would hold up a stream for seconds."""
         rest = self.arm.rest
         state = State.at_rest(rest)
-        state.moving.v[:] = 1e-6
+        state.moving[VELOCITY] = 1e-6
         hand = self.arm.chain.forward(rest).tip
         with contextlib.suppress(RefusedMotionError):
             self.plan(state, hand)
         out_of_reach(self.arm, rest, hand)
+        law = Law(np.ones(8), np.zeros((5, rest.size)))
+        chain, settings, bounds = (
+            self.arm.chain.arrays,
+            optimiser_settings(self.ik),
+            self.bounds(GUARD),
+        )
+        known = np.zeros(rest.size, dtype=np.bool_)
+        sensed, moving = state.sensed, state.moving
+        tick(chain, settings, law, bounds, sensed, moving, rest, known, 0.0, STEP_S, STEP_S, 0.0)
 
-    def bounds(self, share: float) -> Bounds:
-        """A share of the arm's speeds and accelerations."""
+    def bounds(self, share: float) -> FloatArray:
+        """A share of the arm's speeds and accelerations, and its jerks, shape (3, n)."""
         arm = self.arm
-        return Bounds(share * arm.max_velocity, share * arm.max_acceleration, arm.max_jerk)
+        return np.array([share * arm.max_velocity, share * arm.max_acceleration, arm.max_jerk])
 
     def plan(self, state: State, target: ArrayLike, going: Going | None = None) -> PlannedLaw:
         """Plan how to follow a target from a state of the arm.
@@ -229,7 +274,9 @@ class LawPlanner:
         for candidate in self._candidates(state, goal, going):
             quick = self._played(self._law(state, goal, candidate), state)[1]
             if quick > TOLERANCE_M:
-                if missed == np.inf and (beyond := out_of_reach(self.arm, state.moving.q, goal)):
+                if missed == np.inf and (
+                    beyond := out_of_reach(self.arm, state.moving[POSTURE], goal)
+                ):
                     raise beyond
                 missed = min(missed, quick)
                 continue
@@ -257,7 +304,7 @@ class LawPlanner:
         self, state: State, goal: FloatArray, going: Going | None
     ) -> Iterator[_Candidate]:
         """Synergies that may serve, the likeliest first."""
-        hand = self.arm.chain.forward(state.moving.q + state.correction).tip
+        hand = self.arm.chain.forward(state.seen).tip
         if going is not None and _goes_on(going, goal, hand):
             then = going.planned
             phase = (then.law.clock + going.elapsed) / then.time_scale
@@ -298,16 +345,15 @@ class LawPlanner:
         self, law: Law, state: State, *, guarded: bool = True
     ) -> tuple[FloatArray, float, float]:
         """Play a law from a state: the path, the distance at its end, m, and the excess."""
-        n = self.arm.rest.size
-        steps = int(LONGEST_S * (self._rate / law.rate) / STEP_S)
-        path = np.empty((steps if guarded else 0, n))
+        steps = int(LONGEST_S * (self._rate / law.hand[RATE]) / STEP_S)
+        path = np.empty((steps if guarded else 0, self.arm.rest.size))
         made, distance, excess = follow(
             self.arm.chain.arrays,
             optimiser_settings(self.ik),
             law,
             self.bounds(GUARD if guarded else HEADROOM),
-            state.correction,
-            state.copy().moving,
+            state.sensed[OFF],
+            state.moving.copy(),
             0.0,
             STEP_S,
             steps,
@@ -324,23 +370,19 @@ class LawPlanner:
     def _law(self, state: State, goal: FloatArray, candidate: _Candidate) -> Law:
         """A law that begins where the arm is as fast as it is."""
         synergy, scale = candidate.synergy, candidate.scale
-        still = Law(
-            target=goal,
-            gains=synergy.gains[0].copy(),
-            slopes=synergy.slopes[0] / scale,
-            offsets=synergy.offsets[0].copy(),
-            carried=np.zeros((2, state.correction.size)),
-            clock=0.0,
-            rate=self._rate / scale,
-            ramp=RAMP_S * scale,
-            limit_rate=LIMIT_RATE / scale,
-            fade=FADE_S,
+        hand, joints = np.zeros(8), np.zeros((5, self.arm.rest.size))
+        hand[:3] = goal
+        hand[RATE], hand[RAMP] = self._rate / scale, RAMP_S * scale
+        hand[LIMIT_RATE], hand[FADE] = NEARING_RATE / scale, FADE_S
+        joints[GAIN], joints[OFFSET] = synergy.gains[0], synergy.offsets[0]
+        joints[SLOPE] = synergy.slopes[0] / scale
+        law = Law(hand, joints)
+        if not state.moving[VELOCITY:].any():
+            return law
+        hand[CLOCK] = (
+            self._clock(law, state) if candidate.phase is None else candidate.phase * scale
         )
-        if not state.moving.v.any() and not state.moving.a.any():
-            return still
-        phase = candidate.phase
-        clock = self._clock(still, state) if phase is None else phase * scale
-        return self.begun(still._replace(clock=clock), state)
+        return self.begun(law, state)
 
     def begun(self, law: Law, state: State) -> Law:
         """A law as it begins in a state: it carries over what the arm has and it does not.
@@ -359,14 +401,16 @@ class LawPlanner:
         soon = self._velocity(law, state, q + STEP_S * v, law.clock + STEP_S)
         most = self.arm.max_acceleration
         rest, bend = v - here, np.clip(a - (soon - here) / STEP_S, -most, most)
+        hand, joints = law.hand.copy(), law.joints.copy()
         # what fades so decelerates by 1/e of its speed a time constant: half of what may be
-        fade = max(FADE_S, 2.0 / np.e * float(np.max(np.abs(rest) / most)))
-        return law._replace(carried=np.array([rest, bend]), fade=fade)
+        hand[FADE] = max(FADE_S, 2.0 / np.e * float(np.max(np.abs(rest) / most)))
+        joints[CARRIED:] = rest, bend
+        return Law(hand, joints)
 
     def _velocity(self, law: Law, state: State, q: FloatArray, t: float) -> FloatArray:
         velocity = np.empty(q.size)
         settings = optimiser_settings(self.ik)
-        seen = q + state.correction
+        seen = q + state.sensed[OFF]
         controller_velocity(self.arm.chain.arrays, settings, law, seen, q, t, velocity)
         return velocity
 
@@ -375,17 +419,18 @@ class LawPlanner:
 
         An arm at rest begins anew, and so does one that moves elsewhere.
         """
-        ready = law._replace(
-            slopes=np.zeros(1), offsets=np.array([-np.inf]), ramp=0.0, limit_rate=np.inf
-        )
-        full = self._velocity(ready, state, state.moving.q, 0.0)
+        slopes, offsets, ramp = law.joints[SLOPE], law.joints[OFFSET], law.hand[RAMP]
+        ready = Law(law.hand.copy(), law.joints.copy())
+        ready.hand[[RAMP, LIMIT_RATE]] = 0.0, np.inf
+        ready.joints[[SLOPE, OFFSET]] = [[0.0], [-np.inf]]
+        full = self._velocity(ready, state, state.moving[POSTURE], 0.0)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            middle = np.where(np.isfinite(law.offsets), (law.offsets + _SATURATED) / law.slopes, 0)
-            clocks = np.linspace(0.0, max(float(middle.max()), law.ramp), _CLOCKS)
-            phi = 1.0 / (1.0 + np.exp(law.offsets - clocks[:, None] * law.slopes))
-        x = np.minimum(clocks / law.ramp, 1.0)
+            late = np.where(np.isfinite(offsets), (offsets + _SATURATED) / slopes, 0.0)
+            clocks = np.linspace(0.0, max(float(late.max()), ramp), _CLOCKS)
+            phi = 1.0 / (1.0 + np.exp(offsets - clocks[:, None] * slopes))
+        x = np.minimum(clocks / ramp, 1.0)
         share = phi * (x**3 * (10.0 - 15.0 * x + 6.0 * x**2))[:, None]
-        gap = ((state.moving.v - share * full) ** 2).sum(axis=1)
+        gap = ((state.moving[VELOCITY] - share * full) ** 2).sum(axis=1)
         return float(clocks[int(np.argmin(gap))])
 
 

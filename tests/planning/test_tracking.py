@@ -18,8 +18,14 @@ from armsyn.ik import optimiser_settings
 from armsyn.motion.peaks import count_peaks
 from armsyn.planning.tracking import Arrival, ReachTracker
 from armsyn.planning.tracking_law import (
+    CARRIED,
+    FADE,
+    GAIN,
+    LIMIT_RATE,
+    OFFSET,
+    RAMP,
+    RATE,
     Law,
-    Moving,
     carried_velocity,
     follow,
     stopping_speed,
@@ -89,10 +95,18 @@ def within_limits(angles: np.ndarray, period: float = PERIOD) -> None:
 
 def one_gain(target: np.ndarray, gain: float, rate: float) -> Law:
     """The raw controller S_A, begun from rest."""
-    return Law(
-        target, np.full(N, gain), np.zeros(1), np.array([-np.inf]), np.zeros((2, N)),
-        clock=0.0, rate=rate, ramp=0.2, limit_rate=np.inf, fade=0.3,
-    )  # fmt: skip
+    hand, joints = np.zeros(8), np.zeros((5, N))
+    hand[:3], hand[RATE], hand[RAMP], hand[LIMIT_RATE], hand[FADE] = target, rate, 0.2, np.inf, 0.1
+    joints[GAIN], joints[OFFSET] = gain, -np.inf
+    return Law(hand, joints)
+
+
+def carrying(v: float, a: float, fade: float) -> Law:
+    """A law that carries the same velocity and acceleration over at every joint."""
+    law = one_gain(np.zeros(3), 1.0, 1.0)
+    law.hand[FADE] = fade
+    law.joints[CARRIED:] = [[v], [a]]
+    return law
 
 
 @pytest.mark.parametrize("gain", [0.5, 1.0, 2.0])
@@ -105,7 +119,7 @@ def test_with_one_gain_the_hand_nears_its_target_as_the_closed_form_says(gain: f
     path = np.empty((steps, N))
     follow(
         ARM.chain.arrays, optimiser_settings("svd"), one_gain(target, gain, rate),
-        PLANNER.bounds(1.0), np.zeros(N), Moving(start.copy(), np.zeros(N), np.zeros(N)),
+        PLANNER.bounds(1.0), np.zeros(N), State.at_rest(start).moving,
         0.0, step, steps, -1.0, False, path,
     )  # fmt: skip
     t = step * np.arange(1, steps + 1)
@@ -132,7 +146,7 @@ def ramp_integral(x: np.ndarray) -> np.ndarray:
 def test_what_is_carried_begins_as_it_was_and_fades_without_memory(
     v: float, a: float, fade: float, between: float
 ) -> None:
-    law = one_gain(np.zeros(3), 1.0, 1.0)._replace(carried=np.array([[v] * N, [a] * N]), fade=fade)
+    law = carrying(v, a, fade)
 
     def slope(which: Law, at: float) -> float:
         near = (carried_velocity(which, 0, at + x) for x in (-1e-6, 1e-6))
@@ -141,8 +155,7 @@ def test_what_is_carried_begins_as_it_was_and_fades_without_memory(
     assert carried_velocity(law, 0, 0.0) == pytest.approx(v)
     assert slope(law, 0.0) == pytest.approx(a, abs=1e-3)
     assert abs(carried_velocity(law, 0, 12.0 * fade)) < 1e-3
-    there = [[carried_velocity(law, 0, between)] * N, [slope(law, between)] * N]
-    taken_over = law._replace(carried=np.array(there))
+    taken_over = carrying(carried_velocity(law, 0, between), slope(law, between), fade)
     later = carried_velocity(law, 0, between + 0.1)
     assert carried_velocity(taken_over, 0, 0.1) == pytest.approx(later, abs=1e-4)
 
