@@ -27,7 +27,7 @@ KERNELS = tuple(
     for bumps in (0.1, 0.3, 1.0, 3.0, 10.0)
 )
 """What Gaussian processes are tried with."""
-_TINY = 1e-12
+_TINY, _FLAT = 1e-12, 1e-9
 
 
 class Field(Protocol):
@@ -101,29 +101,34 @@ class InverseDistance:
 
 @dataclass(frozen=True)
 class ThinPlate:
-    """A thin-plate spline about a constant.
+    """A thin-plate spline.
 
     Parameters
     ----------
     places : array, shape (N, k)
     weights : array, shape (N, P)
-    constant : array, shape (P,)
+    centre : array, shape (k,)
+    polynomial : array, shape (1 + k, P)
+        Value at the centre, and slopes.
     """
 
     places: FloatArray
     weights: FloatArray
-    constant: FloatArray
+    centre: FloatArray
+    polynomial: FloatArray
 
     def __call__(self, places: FloatArray, /) -> FloatArray:
         """See `Field`."""
-        basis = _thin_plate(_distances(places, self.places))
-        return np.asarray(self.constant + np.einsum("mn,np->mp", basis, self.weights))
+        plates = np.einsum("mn,np->mp", _plates(_distances(places, self.places)), self.weights)
+        plane = np.einsum("mk,kp->mp", places - self.centre, self.polynomial[1:])
+        return np.asarray(plates + plane + self.polynomial[0])
 
 
 def thin_plate(places: FloatArray, values: FloatArray) -> ThinPlate:
-    """Return the spline ``sum w_i r_i^2 log r_i + c`` through values, a little smoothed.
+    """Return the spline ``sum w_i r_i^2 log r_i + c + s x`` through values, a little smoothed.
 
-    Its weights sum to 0 (Duchon 1977); a person's seven places are too few for a plane besides.
+    Its weights sum to 0, with and without the places as factors (Duchon 1977). Places in one plane
+    leave slopes open, of which the least are taken.
 
     Parameters
     ----------
@@ -134,15 +139,18 @@ def thin_plate(places: FloatArray, values: FloatArray) -> ThinPlate:
     -------
     ThinPlate
     """
-    count = len(places)
-    spread = ((places - places.mean(axis=0)) ** 2).sum(axis=1).mean()
-    system = np.ones((count + 1, count + 1))
-    # the kernel is negative up to r = 1: conditionally definite on weights that sum to 0
-    system[:-1, :-1] = _thin_plate(_distances(places, places)) + SMOOTHING * spread * np.eye(count)
-    system[-1, -1] = 0.0
-    wanted = np.concatenate([values, np.zeros((1, values.shape[1]))])
-    found = np.linalg.lstsq(system, wanted, rcond=None)[0]
-    return ThinPlate(places, found[:-1], found[-1])
+    centre, (count, k) = places.mean(axis=0), places.shape
+    away = places - centre
+    spread = (away**2).sum(axis=1).mean()
+    system = np.zeros((count + 1 + k, count + 1 + k))
+    system[:count, :count] = _plates(_distances(places, places)) + SMOOTHING * spread * np.eye(
+        count
+    )
+    system[:count, count], system[:count, count + 1 :] = 1.0, away
+    system[count:, :count] = system[:count, count:].T
+    wanted = np.concatenate([values, np.zeros((1 + k, values.shape[1]))])
+    found = np.linalg.lstsq(system, wanted, rcond=_FLAT)[0]
+    return ThinPlate(places, found[:count], centre, found[count:])
 
 
 def gaussian_process(places: FloatArray, values: FloatArray) -> Regression:
@@ -173,5 +181,5 @@ def _distances(places: FloatArray, others: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(places[:, None] - others, axis=2))
 
 
-def _thin_plate(apart: FloatArray) -> FloatArray:
+def _plates(apart: FloatArray) -> FloatArray:
     return np.asarray(apart**2 * np.log(np.maximum(apart, _TINY)))
