@@ -19,7 +19,7 @@ from armsyn.experiments.anytarget_controls import controls_table
 from armsyn.experiments.anytarget_people import People, Protocol, load_garza, load_hug_mp
 from armsyn.experiments.anytarget_plot import draw
 from armsyn.experiments.anytarget_rows import ROWS, Row
-from armsyn.experiments.anytarget_run import Outcome, predict_all
+from armsyn.experiments.anytarget_run import Group, Outcome, predict_all
 from armsyn.experiments.anytarget_tables import (
     best_of,
     captured_looks,
@@ -81,11 +81,8 @@ def run(
     people = groups or _people(settings)
     missing = {row.key: why for row in rows if (why := row.missing())}
     there = [row for row in rows if row.key not in missing]
-    found: list[dict[str, Outcome]] = []
-    for group in people:
-        for protocol in _protocols(group):
-            outcomes = predict_all(group, protocol, there, settings.workers, on_progress)
-            found.append({key: one for key, one in outcomes.items() if one.is_known})
+    asked = [Group(one, protocol) for one in people for protocol in _protocols(one)]
+    found = predict_all(asked, there, settings.workers, on_progress)
     tables = [_summaries(outcomes, settings.seed) for outcomes in found]
     best = best_of(found[0])
     tables[0].append(controls_table(best, settings.seed, settings.workers, on_progress))

@@ -13,7 +13,7 @@ import numpy as np
 
 from armsyn.experiments.anytarget_bootstrap import interval
 from armsyn.experiments.anytarget_people import People
-from armsyn.experiments.anytarget_run import Outcome
+from armsyn.experiments.anytarget_run import DECIMALS, Outcome
 from armsyn.experiments.learned import Progress
 from armsyn.experiments.tables import Column, Table, Value, centimetres
 from armsyn.motion import FloatArray, Motion
@@ -24,7 +24,7 @@ from armsyn.scoring.posture import DOWN
 from armsyn.synergy.parallel import checked_workers, each
 
 _REST_S = 1.0
-_ROUNDING_M = 1e-9
+_ROUNDING_M = 1e-6
 
 
 def reversed_in_time(motion: Motion) -> Motion:
@@ -113,7 +113,7 @@ def controls_table(
     distances = np.empty((len(jobs), 1 + len(CONTROLS)))
     stage = f"{people.title}: controls"
     for done, (row, found) in enumerate(each(_spoilt, jobs, checked_workers(workers, len(jobs)))):
-        distances[row] = found
+        distances[row] = np.round(found, DECIMALS)
         on_progress(stage, done + 1, len(jobs), "")
     columns = (
         Column("control", "control"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 from armsyn.experiments.anytarget_baselines import (
     MeanReach,
@@ -14,6 +14,7 @@ from armsyn.experiments.anytarget_baselines import (
     straight_hand,
 )
 from armsyn.experiments.anytarget_primitives import dmp, promp, why_missing
+from armsyn.experiments.anytarget_synergies import own_synergy, synergies_by, synergy_fits
 from armsyn.motion import FloatArray
 from armsyn.planning.examples import Examples
 from armsyn.planning.prediction import Predicted
@@ -39,8 +40,11 @@ class Row(NamedTuple):
     title: str
     kind: Kind
     what: str
-    learn: Callable[[Examples], Predicts]
+    learn: Callable[[Any], Predicts]
+    """From examples, or from what `shared` makes of them."""
     lessons: Lessons = "fold"
+    shared: Callable[[Examples], Any] | None = None
+    """What several rows learn from, made once for all of them."""
     missing: Callable[[], str | None] = lambda: None
     """Says why the row cannot be had on this machine; None when it can."""
 
@@ -131,11 +135,37 @@ ROWS = (
         "the nearest target's mean reach, start and end corrected; time of linear",
         nearest_reach,
     ),
+    *(
+        Row(
+            f"synergy_{field}",
+            title,
+            "synergy",
+            f"S_D with parameters over the workspace: {how}",
+            partial(synergies_by, field=field),
+            shared=synergy_fits,
+        )
+        for field, title, how in (
+            ("common", "synergy, common", "one set everywhere"),
+            ("nearest", "synergy, nearest", "the nearest target's set"),
+            ("idw", "synergy, distance", "weighted by inverse distance"),
+            ("rbf", "synergy, RBF", "by thin-plate splines"),
+            ("gp", "synergy, GP", "by a Gaussian process"),
+            ("map", "synergy, map", "linear in the target, fitted to all reaches as one"),
+        )
+    ),
     _learned(
         "latent",
         "latent",
         "joined",
         "whole motions by Gaussian process, then the likeliest deviation to start and target",
         "latent",
+    ),
+    Row(
+        "own",
+        "bound: own synergy",
+        "bound",
+        "one S_D set fitted to all of the person's reaches to the target, this one too",
+        own_synergy,
+        "own",
     ),
 )

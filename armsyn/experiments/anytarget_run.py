@@ -10,22 +10,26 @@ from typing import NamedTuple
 import numpy as np
 
 from armsyn.experiments.anytarget_people import Fold, People, Protocol, folds
-from armsyn.experiments.anytarget_rows import Row
+from armsyn.experiments.anytarget_rows import Predicts, Row
 from armsyn.experiments.anytarget_scores import MEASURES, score
 from armsyn.experiments.learned import Progress
 from armsyn.motion import FloatArray
+from armsyn.scoring.floor import FEWEST_REPEATS
 from armsyn.synergy.parallel import checked_workers, each
 
 TITLES: dict[Protocol, str] = {
     "target": "leave one target out, within a person",
     "subject": "leave one person out",
 }
+DECIMALS = 7
+"""That are kept of every measure: the last bits depend on how a machine splits its sums."""
 
 
 class _Job(NamedTuple):
-    """Reaches that one row predicts by what it learns from others."""
+    """Reaches that rows predict by what they learn from others."""
 
-    row: Row
+    rows: tuple[Row, ...]
+    """One, or all that share what they learn from."""
     people: People
     """Tests first, then those learned from."""
     tests: int
@@ -64,11 +68,6 @@ class Outcome:
     durations: FloatArray
     seconds: float
 
-    @property
-    def is_known(self) -> bool:
-        """Whether there was anything to learn from for every reach."""
-        return bool(np.isfinite(self.seconds) and np.isfinite(self.durations).all())
-
     def of(self, measure: str) -> FloatArray:
         """One measure of every reach, shape (reaches,)."""
         return np.asarray(self.scores[:, MEASURES.index(measure)])
@@ -88,19 +87,21 @@ class Outcome:
         return float(np.mean(list(self.by_subject(measure).values())))
 
 
+class Group(NamedTuple):
+    """Some people, and how their reaches are left out."""
+
+    people: People
+    protocol: Protocol
+
+
 def predict_all(
-    people: People,
-    protocol: Protocol,
-    rows: Sequence[Row],
-    workers: int | None,
-    on_progress: Progress,
-) -> dict[str, Outcome]:
+    groups: Sequence[Group], rows: Sequence[Row], workers: int | None, on_progress: Progress
+) -> list[dict[str, Outcome]]:
     """Let every row predict every reach, and score it.
 
     Parameters
     ----------
-    people : People
-    protocol : {"target", "subject"}
+    groups : sequence of Group
     rows : sequence of Row
         That can be had on this machine.
     workers : int or None
@@ -109,24 +110,30 @@ def predict_all(
 
     Returns
     -------
-    dict of str to Outcome
-        By the rows' keys, in their order.
+    list of dict of str to Outcome
+        For each group, by the rows' keys and in their order, without rows that have nothing to
+        learn from.
     """
-    places = folds(people, "target")
-    jobs, rows_of = [], []
-    for row in rows:
-        # What does not learn from the fold is the same however folds are cut
-        for fold in folds(people, protocol) if row.lessons == "fold" else places:
-            for part in _parts(people, row, fold):
-                jobs.append(_job(people, row, part))
-                rows_of.append((row.key, part.tests))
-    stage = f"{people.title}: {TITLES[protocol]}"
-    empty = {row.key: _Gathered.of(people) for row in rows}
+    empty = [{row.key: _Gathered.of(group.people) for row in rows} for group in groups]
+    jobs, places = [], []
+    for number, (people, protocol) in enumerate(groups):
+        for family in _families(rows):
+            for part in _parts(people, family[0], protocol):
+                jobs.append(_job(people, family, part))
+                places.append((number, part.tests))
     for done, (number, found) in enumerate(each(_work, jobs, checked_workers(workers, len(jobs)))):
-        key, tests = rows_of[number]
-        empty[key].put(tests, found)
-        on_progress(stage, done + 1, len(jobs), key)
-    return {row.key: empty[row.key].outcome(row, people, protocol) for row in rows}
+        group, tests = places[number]
+        for row, one in zip(jobs[number].rows, found, strict=True):
+            empty[group][row.key].put(tests, one)
+        on_progress("reaches predicted", done + 1, len(jobs), jobs[number].rows[0].title)
+    return [
+        {
+            row.key: gathered[row.key].outcome(row, *group)
+            for row in rows
+            if gathered[row.key].is_full
+        }
+        for group, gathered in zip(groups, empty, strict=True)
+    ]
 
 
 class _Gathered(NamedTuple):
@@ -149,42 +156,59 @@ class _Gathered(NamedTuple):
         self.durations[rows], self.seconds[rows] = done.durations, done.seconds
 
     def outcome(self, row: Row, people: People, protocol: Protocol) -> Outcome:
-        known = self.seconds[np.isfinite(self.seconds)]
-        seconds = float(known.mean()) if known.size else float("nan")
+        seconds = float(self.seconds.mean())
         return Outcome(row, people, protocol, self.scores, self.angles, self.durations, seconds)
 
+    @property
+    def is_full(self) -> bool:
+        """Whether there was something to learn from for every reach."""
+        return bool(np.isfinite(self.seconds).all())
 
-def _parts(people: People, row: Row, fold: Fold) -> Iterator[Fold]:
-    """Split a fold by what the row may learn from; nothing where there are no such reaches."""
+
+def _parts(people: People, row: Row, protocol: Protocol) -> Iterator[Fold]:
+    """Folds by what the row may learn from: nothing where there are no such reaches."""
     if row.lessons == "fold":
-        if fold.train:
-            yield fold
+        yield from (fold for fold in folds(people, protocol) if fold.train)
         return
-    place = people.examples.places[fold.tests[0]]
-    if row.lessons == "own":
-        yield fold._replace(train=fold.tests)
-    elif row.lessons == "others":
-        strangers = [who for who in people.subjects if who != fold.subject]
-        train = tuple(one for who in strangers for one in people.of(who, place))
-        if train:
-            yield fold._replace(train=train)
-    elif len(fold.tests) > 2:  # a mean of at least two, as the human floor's
-        for test in fold.tests:
-            others = tuple(one for one in fold.tests if one != test)
-            yield Fold(fold.subject, (test,), others)
+    # What does not learn from the fold is the same however folds are cut
+    for fold in folds(people, "target"):
+        place = people.examples.places[fold.tests[0]]
+        if row.lessons == "own":
+            yield fold._replace(train=fold.tests)
+        elif row.lessons == "others":
+            strangers = [who for who in people.subjects if who != fold.subject]
+            train = tuple(one for who in strangers for one in people.of(who, place))
+            if train:
+                yield fold._replace(train=train)
+        elif len(fold.tests) > FEWEST_REPEATS:
+            for test in fold.tests:
+                others = tuple(one for one in fold.tests if one != test)
+                yield Fold(fold.subject, (test,), others)
 
 
-def _job(people: People, row: Row, fold: Fold) -> _Job:
+def _families(rows: Sequence[Row]) -> list[tuple[Row, ...]]:
+    """Rows that learn from the same, together."""
+    shared = list(dict.fromkeys(row.shared for row in rows if row.shared))
+    alone = [(row,) for row in rows if row.shared is None]
+    return [*(tuple(row for row in rows if row.shared is one) for one in shared), *alone]
+
+
+def _job(people: People, rows: tuple[Row, ...], fold: Fold) -> _Job:
     kept = people.only(fold.tests, fold.train)
-    return _Job(row, kept, len(fold.tests), people.profiles[fold.subject])
+    return _Job(rows, kept, len(fold.tests), people.profiles[fold.subject])
 
 
-def _work(job: _Job) -> _Done:
-    people, tests = job.people, range(job.tests)
-    examples = people.examples
+def _work(job: _Job) -> list[_Done]:
+    examples = job.people.examples
     taught = examples.only(range(job.tests, examples.size))
-    predictor = job.row.learn(taught)
-    asked = examples.only(tests)
+    shared = job.rows[0].shared
+    lesson = shared(taught) if shared else taught
+    return [_tried(job, row.learn(lesson)) for row in job.rows]
+
+
+def _tried(job: _Job, predictor: Predicts) -> _Done:
+    people, tests = job.people, range(job.tests)
+    asked = people.examples.only(tests)
     began = time.perf_counter()
     predicted = predictor.predict(asked.starts, asked.targets)
     seconds = (time.perf_counter() - began) / job.tests
@@ -194,7 +218,7 @@ def _work(job: _Job) -> _Done:
             for row in tests
         ]
     )
-    return _Done(scores, predicted.angles, predicted.durations, seconds)
+    return _Done(np.round(scores, DECIMALS), predicted.angles, predicted.durations, seconds)
 
 
 def _score(

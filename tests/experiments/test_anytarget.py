@@ -11,7 +11,7 @@ from armsyn.experiments import anytarget
 from armsyn.experiments.anytarget_bootstrap import interval, target_differences
 from armsyn.experiments.anytarget_people import People, folds, load_garza, load_hug_mp
 from armsyn.experiments.anytarget_rows import ROWS, Row
-from armsyn.experiments.anytarget_run import Outcome, predict_all
+from armsyn.experiments.anytarget_run import Group, Outcome, predict_all
 from armsyn.experiments.anytarget_scores import MEASURES
 from armsyn.experiments.anytarget_tables import differences_table, distances_table, over_floor
 from armsyn.experiments.settings import Settings
@@ -61,7 +61,7 @@ def test_a_person_left_out_is_learned_from_all_others(people: People) -> None:
 
 
 def test_the_floor_is_that_of_scoring(people: People) -> None:
-    found = predict_all(people, "target", [BY_KEY["floor"]], 1, silent)["floor"]
+    found = predict_all([Group(people, "target")], [BY_KEY["floor"]], 1, silent)[0]["floor"]
     captured = [(c.name, c.motion) for c in load_captures("hug_mp:S01:all")]
     kept = [pair for pair in captured if pair[0] in people.examples.names]
     floors = [human_floor(*repeats, as_cut=True).distance for _, repeats in repeats_in(kept)]
@@ -89,7 +89,7 @@ def test_a_reach_to_itself_has_no_distance(people: People) -> None:
             )
 
     row = Row("known", "known", "bound", "knows all", Known, "own")  # type: ignore[arg-type]
-    found = predict_all(people, "target", [row], 1, silent)["known"]
+    found = predict_all([Group(people, "target")], [row], 1, silent)[0]["known"]
     assert found.of("held").max() < 1e-3
     assert found.of("endpoint").max() < 1e-9
     assert found.of("direction").max() < 5e-3
@@ -102,7 +102,7 @@ def test_the_published_baseline_comes_out_on_all_reaches(captures: Path) -> None
     """scoring.md: floor 1.48 cm, linear 1.80 cm for S01."""
     del captures
     people = load_hug_mp(("S01",))
-    found = predict_all(people, "target", [BY_KEY["linear"]], 1, silent)
+    found = predict_all([Group(people, "target")], [BY_KEY["linear"]], 1, silent)[0]
     assert found["linear"].mean("held") == pytest.approx(0.0180, abs=0.0005)
     assert found["linear"].mean("endpoint") < 1e-5
 

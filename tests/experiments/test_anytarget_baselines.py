@@ -17,7 +17,7 @@ from armsyn.experiments.anytarget_controls import (
 from armsyn.experiments.anytarget_people import People, load_hug_mp
 from armsyn.experiments.anytarget_primitives import why_missing
 from armsyn.experiments.anytarget_rows import ROWS
-from armsyn.experiments.anytarget_run import Outcome, predict_all
+from armsyn.experiments.anytarget_run import Group, Outcome, predict_all
 from armsyn.motion import Motion
 from armsyn.motion.rebuilding import segment_lengths
 from armsyn.planning.prediction import Predicted
@@ -95,7 +95,7 @@ def test_packages_of_primitives_are_there_in_tests() -> None:
 
 @pytest.fixture(scope="module")
 def linear(people: People) -> Outcome:
-    return predict_all(people, "target", [BY_KEY["linear"]], 1, silent)["linear"]
+    return predict_all([Group(people, "target")], [BY_KEY["linear"]], 1, silent)[0]["linear"]
 
 
 def motion_of(outcome: Outcome) -> Motion:
