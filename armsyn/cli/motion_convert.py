@@ -32,13 +32,15 @@ if TYPE_CHECKING:
 )
 @click.option("--body", is_flag=True, help="Write the whole skeleton (always so for .bvh).")
 @click.option(
-    "--arm", metavar="NAME", help="Whose joints they are: makes a skeleton of an arm for .bvh."
+    "--arm",
+    metavar="NAME",
+    help="Whose joints they are, for .bvh and .lerobot; a recording in .npz knows.",
 )
 @click.option("--task", metavar="TEXT", help="What the motions do, for .mcap, .parquet, .lerobot.")
 @click.option(
     "--units",
     type=click.Choice(["degrees", "radians", "normalised"]),
-    help="Of .lerobot: degrees by default; normalised is -100 to 100 of --arm's joint ranges.",
+    help="Of .lerobot: degrees by default; normalised is -100 to 100 of the arm's joint ranges.",
 )
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def convert(
@@ -80,8 +82,11 @@ def convert(
         )
     if task is not None or units is not None:
         raise InputError(f"{out}: --task and --units are for {', '.join(EXPORTS)}")
+    of_body = body or out.suffix.lower() == ".bvh"
+    if arm is not None and not of_body:
+        raise InputError(f"{out}: --arm is for .bvh and .lerobot: leave it out")
     reading = read(sources[0], given)
-    if body or out.suffix.lower() == ".bvh":
+    if of_body:
         reading = _with_body(sources[0], out, reading, arm, changes)
         motion, left_out = _write_body(out, reading)
     else:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armsyn.cli.motion_takes import all_takes
+from armsyn.cli.motion_takes import Take, all_takes
 
 if TYPE_CHECKING:
     from armsyn.motion import Motion
@@ -46,22 +46,26 @@ def episodes_in(
     """
     for source in sources:
         for take in all_takes(source, options):
-            yield _episode(take.name, take.motion, task, change)
+            yield _episode(take, task, change)
 
 
-def _episode(name: str, motion: Motion, task: str, change: Callable[[Motion], Motion]) -> Episode:
+def _episode(take: Take, task: str, change: Callable[[Motion], Motion]) -> Episode:
     from armsyn.motion.formats import Episode, split_take
 
-    path, _ = split_take(name)
+    path, _ = split_take(take.name)
+    motion, suffix = take.motion, path.suffix.lower()
     changed = change(motion)
     if motion.angles is not None:
-        suffix = path.suffix.lower()
         if suffix == ".npz" and _is_recording(path):
             return _recorded(path, motion, changed, task)
         if suffix == ".csv":
-            return _recorded_in_csv(path, motion, changed, task)
-    planned = motion.source.startswith(_PLANNED)
-    return Episode(changed, "planned" if planned else "motion", task)
+            recorded = _recorded_in_csv(path, motion, changed, task)
+            if recorded is not None:
+                return recorded
+    planned = motion.source.startswith(_PLANNED) or take.facts.get("kind") == "planned"
+    facts = {name: value for name, value in take.facts.items() if name not in ("kind", "task")}
+    said = task or take.facts.get("task", "")
+    return Episode(changed, "planned" if planned else "motion", said, facts=facts)
 
 
 def _is_recording(path: Path) -> bool:
@@ -97,8 +101,8 @@ def _recorded(path: Path, motion: Motion, changed: Motion, task: str) -> Episode
     )
 
 
-def _recorded_in_csv(path: Path, motion: Motion, changed: Motion, task: str) -> Episode:
-    """Of a table, which has no facts but in its source."""
+def _recorded_in_csv(path: Path, motion: Motion, changed: Motion, task: str) -> Episode | None:
+    """Of a table, which has no facts but in its source; None when nothing was commanded in it."""
     import numpy as np
 
     from armsyn.driver.recording_load import read_commanded
@@ -106,8 +110,7 @@ def _recorded_in_csv(path: Path, motion: Motion, changed: Motion, task: str) -> 
 
     commanded = read_commanded(path, motion.joint_names)
     if commanded is None or commanded.shape != (motion.frames, len(motion.joint_names)):
-        planned = motion.source.startswith(_PLANNED)
-        return Episode(changed, "planned" if planned else "motion", task)
+        return None
     if np.isnan(commanded).all():
         return Episode(changed, "observed", task)
     return Episode(changed, "recorded", task, _at(motion, commanded, changed))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -37,6 +38,7 @@ class Written:
         self.joints: tuple[str, ...] = ()
         self.landmarks = 0
         self.filled = False
+        self.assumed: dict[str, str] = {}
         self.made: dict[str, Any] = {}
 
     def counted(self, episodes: Iterable[Episode]) -> Iterator[Episode]:
@@ -48,6 +50,7 @@ class Written:
             self.joints = episode.motion.joint_names
             self.landmarks = len(episode.motion.landmark_names)
             self.filled |= episode.motion.filled is not None
+            self.assumed |= {k: v for k, v in episode.facts.items() if v.endswith("(assumed)")}
             yield episode
             if max(self.episodes, self._sources) > 1:
                 most = max(self.episodes, self._sources)
@@ -107,27 +110,47 @@ def export(
     from armsyn.motion.formats import write_episodes
 
     suffix = out.suffix.lower()
-    options: dict[str, Any] = {}
-    if suffix == ".lerobot":
-        options = _of_lerobot(arm, units)
-    elif units is not None:
-        raise InputError(f"{out}: --units is for .lerobot: {suffix} has radians and metres")
+    if suffix != ".lerobot" and (units is not None or arm is not None):
+        raise InputError(f"{out}: --units and --arm are for .lerobot: here are radians and metres")
     with StageBars() as bars:
         written = Written(bars, len(sources))
-        write_episodes(out, written.counted(episodes), **options)
+        given = written.counted(episodes)
+        options: dict[str, Any] = {}
+        if suffix == ".lerobot" and (first := next(given, None)) is not None:
+            given = itertools.chain([first], given)
+            options = _of_lerobot(out, first, arm, units or "degrees")
+        write_episodes(out, given, **options)
     if suffix == ".lerobot":
         written.look_into(out)
     _report(out, sources, written, as_json)
 
 
-def _of_lerobot(arm: str | None, units: str | None) -> dict[str, Any]:
-    options: dict[str, Any] = {"units": units or "degrees"}
-    if arm is not None:
-        joints = described(arm).joint
-        options["robot_type"] = arm
-        options["prismatic"] = [joint.name for joint in joints if joint.kind == "prismatic"]
-        options["ranges"] = {joint.name: (joint.lower, joint.upper) for joint in joints}
-    return options
+def _of_lerobot(out: Path, first: Episode, arm: str | None, units: str) -> dict[str, Any]:
+    """Options of the writer for the arm that is told, or that a recording names."""
+    from armsyn.errors import DescriptionError, InputError
+
+    options: dict[str, Any] = {"units": units}
+    name = arm or first.facts.get("arm")
+    if name is None:
+        return options
+    try:
+        joints = described(name).joint
+    except DescriptionError as error:
+        if arm is not None or units == "normalised":
+            raise
+        click.echo(f"{out}: joints are taken to turn, not to slide: {error}", err=True)
+        return options
+    foreign = set(first.motion.joint_names) - {joint.name for joint in joints}
+    if foreign:
+        raise InputError(
+            f"{out}: {first.source or 'motion'} has joints that {name} has not:"
+            f" {', '.join(sorted(foreign))}"
+        )
+    return options | {
+        "robot_type": name,
+        "prismatic": [joint.name for joint in joints if joint.kind == "prismatic"],
+        "ranges": {joint.name: (joint.lower, joint.upper) for joint in joints},
+    }
 
 
 def described(arm: str) -> ArmDescription:
@@ -176,7 +199,8 @@ def _report(out: Path, sources: tuple[str, ...], written: Written, as_json: bool
         document = {
             **{"in": list(sources), "out": str(out), "episodes": written.episodes},
             **{"frames": written.frames, "joints": len(written.joints)},
-            **{"kinds": written.kinds, **written.made, "left_out": left_out},
+            **{"kinds": written.kinds, **written.made, "assumed": written.assumed},
+            "left_out": left_out,
         }
         click.echo(json.dumps(document, indent=2, allow_nan=False))
         return
@@ -185,6 +209,8 @@ def _report(out: Path, sources: tuple[str, ...], written: Written, as_json: bool
         f"{out}: {written.episodes} {'episode' if written.episodes == 1 else 'episodes'} ({kinds}),"
         f" {written.frames} frames, {len(written.joints)} joints"
     )
+    for what, value in written.assumed.items():
+        click.echo(f"{out}: {what}: {value}")
     if written.made:
         fps, units, brought = written.made.values()
         click.echo(f"{out}: {fps} frames a second, {units}; {brought} interpolated to that rate")

@@ -1,5 +1,6 @@
 """`armsyn motion convert` to other programs' formats, as a user meets it."""
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -151,6 +152,34 @@ def test_many_files_become_one_dataset(files: Path) -> None:
     assert ranges[joint.name] == [joint.lower, joint.upper]
 
 
+def test_what_a_file_leaves_open_is_said(files: Path) -> None:
+    (files / "log.csv").write_text("time,shoulder_pan,shoulder_lift\n0.0,0.1,0.2\n0.1,0.2,0.3\n")
+    out = files / "a.lerobot"
+    assert "unit: rad (assumed)" in said(files / "log.csv", out, "--joints", ARM)
+    found = json.loads(said(files / "log.csv", files / "b.mcap", "--joints", ARM, "--json"))
+    assert found["assumed"]["unit"] == "rad (assumed)"
+    facts, told, _ = states(files / "b.mcap")
+    assert facts["unit"] == "rad (assumed)"
+    assert (facts["kind"], told) == ("motion", [[0.1, 0.2], [0.2, 0.3]])
+    with_degrees = said(files / "log.csv", files / "c.mcap", "--joints", ARM, "--unit", "deg")
+    assert "assumed" not in with_degrees
+    np.testing.assert_allclose(states(files / "c.mcap")[1], np.deg2rad(told))
+
+
+def test_a_recording_knows_its_arm(files: Path) -> None:
+    said(files / "driven.npz", files / "n.lerobot", "--units", "normalised")
+    ranges = json.loads((files / "n.lerobot" / "meta" / "armsyn.json").read_text())["ranges"]
+    assert set(ranges) == set(load_arm(ARM, calibrated=False).joint_names)
+    own = dataclasses.replace(recording(), arm="garage")
+    save_recording(files / "own.npz", own, load_arm(ARM, calibrated=False))
+    text = said(files / "own.npz", files / "own.lerobot")
+    assert "joints are taken to turn, not to slide: no garage.toml" in text
+    assert json.loads((files / "own.lerobot/meta/info.json").read_text())["robot_type"] == "garage"
+    assert "no garage.toml" in refused(
+        files / "own.npz", files / "two.lerobot", "--units", "normalised"
+    )
+
+
 def test_a_table_of_a_recording_and_back(files: Path) -> None:
     said(files / "driven.npz", files / "a.parquet")
     table = pq.read_table(files / "a.parquet")
@@ -190,9 +219,12 @@ def test_an_arm_becomes_a_skeleton(files: Path) -> None:
         (("driven.npz", "absent.npz", "a.lerobot"), "absent.npz: cannot read it"),
         (("driven.npz", "plan.npz", "a.csv"), "holds one motion: name one file"),
         (("driven.npz", "a.csv", "--task", "wave"), "--task and --units are for .lerobot"),
-        (("driven.npz", "a.mcap", "--units", "degrees"), "--units is for .lerobot"),
-        (("driven.npz", "a.lerobot", "--units", "normalised"), "need the range of every joint"),
-        (("driven.npz", "a.lerobot", "--arm", "human7", "--units", "normalised"), "no range of"),
+        (("driven.npz", "a.mcap", "--units", "degrees"), "--units and --arm are for .lerobot"),
+        (("driven.npz", "a.mcap", "--arm", ARM), "--units and --arm are for .lerobot"),
+        (("driven.npz", "a.csv", "--arm", ARM), "--arm is for .bvh and .lerobot"),
+        (("plan.npz", "a.lerobot", "--units", "normalised"), "need the range of every joint"),
+        (("plan.npz", "a.lerobot", "--arm", "nobody"), "nobody.toml"),
+        (("driven.npz", "a.lerobot", "--arm", "human7"), "has joints that human7 has not: elbow_"),
         (("driven.npz", "a.bvh"), "resample the motion to an even rate"),
         (("plan.npz", "a.bvh"), "--arm NAME makes one"),
         (("plan.npz", "a.bvh", "--arm", "human7"), "no angles of shoulder_flexion"),

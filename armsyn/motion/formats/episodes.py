@@ -116,7 +116,7 @@ class Episode:
     def description(self) -> dict[str, str]:
         """Return what it is in words, for a file's metadata."""
         said = {"kind": self.kind, "action": KINDS[self.kind], "source": self.source}
-        return said | {"task": self.task} | dict(self.facts)
+        return dict(self.facts) | said | {"task": self.task}
 
 
 def _encodable(text: str) -> str:

@@ -38,7 +38,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.errors import FormatError
+from armsyn.errors import CaptureError, FormatError
 from armsyn.motion.formats.episodes import Episode, Episodes, episodes_of
 from armsyn.motion.formats.files import new_folder
 from armsyn.motion.formats.lerobot_stats import DatasetStats, stats_of
@@ -122,7 +122,7 @@ def write(
 
 def _whole_rate(path: Path, first: Episode, fps: int | None) -> int:
     if fps is not None:
-        if int(fps) != fps or not 0 < fps < 1e6:
+        if not 0 < fps < 1e6 or int(fps) != fps:
             raise FormatError(f"{path}: {fps} frames a second: give a whole number, more than 0")
         return int(fps)
     # The median step: whatever ticks were missed
@@ -160,6 +160,7 @@ class _Scale:
         self._factor = np.array(
             [1.0 if units == "radians" or name in prismatic else 180 / np.pi for name in joints]
         )
+        self.ranges: dict[str, list[float]] | None = None
         if units == "normalised":
             self._normalise(path, ranges)
 
@@ -179,8 +180,6 @@ class _Scale:
         self._zero = ends.mean(axis=1)
         self._factor = 200 / (ends[:, 1] - ends[:, 0])
         self.ranges = {name: list(map(float, ranges[name])) for name in self.joints}
-
-    ranges: dict[str, list[float]] | None = None
 
     def __call__(self, values: FloatArray) -> NDArray[np.float32]:
         return np.asarray((values - self._zero) * self._factor, dtype=np.float32)
@@ -225,7 +224,10 @@ class _Dataset:
     def _sampled(self, episode: Episode) -> tuple[FloatArray, FloatArray]:
         """What was told and what was measured, at multiples of 1 / fps."""
         time = episode.motion.time
-        at = uniform_times(float(time[0]), float(time[-1]), self._fps)
+        try:
+            at = uniform_times(float(time[0]), float(time[-1]), self._fps)
+        except CaptureError as error:
+            raise FormatError(f"{episode.source or 'motion'}: {error}") from error
         if at.size == time.size and np.abs(at - time).max() < _ON_TIME_S:
             return episode.action, episode.state
         self._interpolated += 1

@@ -260,6 +260,7 @@ def test_what_is_refused(tmp_path: Path) -> None:
         (odd, {}, "7.4 Hz is no whole number"),
         (plan(), {"fps": 0}, "0 frames a second"),
         (plan(), {"fps": 2.5}, "2.5 frames a second"),
+        (plan(), {"fps": float("nan")}, "nan frames a second"),
         (slashed, {}, "no '/' in names: rename 'a/b'"),
         (plan(), {"units": "turns"}, "give one of degrees, radians, normalised"),
         (plan(), {"units": "normalised"}, "no range of 'shoulder_pan'"),
@@ -268,6 +269,8 @@ def test_what_is_refused(tmp_path: Path) -> None:
         with pytest.raises(FormatError, match=match) as caught:
             write_episodes(out, episodes, **options)
         assert str(caught.value).startswith(f"{out}: ")
+    with pytest.raises(FormatError, match=r"motion 0: 0\.58 s at 1 Hz are not between 2"):
+        write_episodes(out, plan(), fps=1)
     assert not list(tmp_path.iterdir())
 
 
