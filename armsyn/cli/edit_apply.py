@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ import click
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
     from armsyn.editing import (
+        Clip,
         Constraint,
         EditResult,
         Effector,
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
         MotionModel,
         SolverOptions,
     )
+    from armsyn.motion import Motion
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
 _TRIPLE = (float, float, float)
@@ -36,6 +39,12 @@ _TRIPLE = (float, float, float)
 @click.option("--to", nargs=3, type=_TRIPLE, metavar="X Y Z", help="Goes there, m.")
 @click.option("--by", nargs=3, type=_TRIPLE, metavar="X Y Z", help="Is moved by that, m.")
 @click.option("--level", type=click.IntRange(min=1), help="Its priority  [default: 1]")
+@click.option(
+    "--slower",
+    type=click.FloatRange(min=1.0, max=100.0),
+    metavar="FACTOR",
+    help="An arm's clip takes FACTOR times its time, before it is edited.",
+)
 @click.option("--pin", "pins", multiple=True, metavar="BODY", help="Stays; repeatable.")
 @click.option(
     "--out",
@@ -47,7 +56,7 @@ _TRIPLE = (float, float, float)
 @click.option("--latent", type=_FILE, metavar="FILE.json", help="Write the latent variables, too.")
 @click.option("--report", "page", type=_FILE, metavar="FILE.html", help="Write a page about it.")
 @click.option("--plot", type=_FILE, metavar="FILE.png", help="Draw before and after.")
-@click.option("--force", is_flag=True, help="However far from the examples it leads.")
+@click.option("--force", is_flag=True, help="However far from the examples, or the goal.")
 @click.option(
     "--calibration",
     type=click.Path(path_type=Path, file_okay=False),
@@ -61,7 +70,8 @@ def apply(**options: Any) -> None:
     CLIP is one movement, as for `armsyn edit learn`. An arm's comes out from rest to rest, within
     its description's ranges, speeds and accelerations and free of collisions, or not at all; it
     can be streamed then. What is left of the clip that the pattern does not hold stays as it is.
-    Exit status 4, nothing written: too far from the examples, or unsafe.
+    Exit status 4, nothing written: too far from the examples, the first level missed by more than
+    a millimetre (--force writes both anyway), or unsafe for the arm (which --force does not).
     """
     from armsyn.cli.edit_clips import load_clip
     from armsyn.cli.edit_files import check_outputs, check_suffix, tell, write
@@ -73,12 +83,24 @@ def apply(**options: Any) -> None:
     arm = _arm_of(model, options)
     check_suffix(options["out"], arm)
     constraints, solver = _asked(options)
-    clip = load_clip(options["clip"], arm)
+    clip = _slowed(load_clip(options["clip"], arm), options["slower"])
     result = Editor(clip, model, solver).edit(constraints, force=options["force"])
-    notes = [] if arm is None else _safe(result, arm)
+    notes = [] if arm is None else _safe(result, arm, options["slower"] or 1.0)
     scored = score_edit(result)
     write(result, model, scored, solver.coefficient_bound, notes, options)
     tell(result, scored, notes, options)
+
+
+def _slowed(clip: Clip, factor: float | None) -> Clip:
+    from armsyn.driver.replay import slowed
+    from armsyn.errors import InputError
+    from armsyn.motion import Motion
+
+    if factor is None:
+        return clip
+    if not isinstance(clip, Motion):
+        raise InputError("--slower is for arms, which are slower than people")
+    return slowed(clip, factor, clip.rate)
 
 
 def _arm_of(model: MotionModel, options: dict[str, Any]) -> ArmDescription | None:
@@ -144,17 +166,31 @@ def _effector(text: str) -> Effector:
     return Effector(body, (x, y, z))
 
 
-def _safe(result: EditResult, arm: ArmDescription) -> list[str]:
+def _safe(result: EditResult, arm: ArmDescription, slower: float) -> list[str]:
     """Refuse what the arm must not follow; say how it was before."""
-    from armsyn.errors import RefusedMotionError
+    from armsyn.errors import LimitError, RefusedMotionError
     from armsyn.motion import Motion
     from armsyn.safety import check_trajectory
 
     assert isinstance(result.clip, Motion)  # noqa: S101 - of an arm
     assert isinstance(result.original, Motion)  # noqa: S101
-    check_trajectory(dataclasses.replace(result.clip, source="edited"), arm)
+    try:
+        check_trajectory(dataclasses.replace(result.clip, source="edited"), arm)
+    except LimitError as error:
+        needed = slower * _excess(result.clip, arm)
+        if needed > slower:
+            error.add(f"--slower {math.ceil(10.0 * needed) / 10.0:g} will do")
+        raise
     try:
         check_trajectory(result.original, arm)
     except RefusedMotionError as error:
         return [f"Safe for {arm.name}; the original was not: {error}."]
     return [f"Safe for {arm.name}: ranges, speeds, accelerations, jerk, collisions."]
+
+
+def _excess(motion: Motion, arm: ArmDescription) -> float:
+    """By how much a motion is too fast for an arm; at most 1 where it is not."""
+    from armsyn.planning.timing import Rates
+
+    assert motion.angles is not None  # noqa: S101 - of an arm
+    return float(Rates.of(arm).excess(motion.angles, motion.rate).max())

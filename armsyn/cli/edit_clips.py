@@ -11,23 +11,32 @@ if TYPE_CHECKING:
     from armsyn.editing import Clip
     from armsyn.motion import Motion
 
-RATE = 200.0
-"""Hz of arms' motions, as `armsyn stream` takes them."""
 _STILL = 0.005
 """Of the greatest speed of any joint: an arm that is slower before and after rests."""
 
 
 def load_examples(texts: tuple[str, ...], arm: ArmDescription | None) -> list[Clip]:
     """Load motions to learn from; see `load_clip`, but selections may name several."""
-    from armsyn.editing import is_clip_selection, load_clips
+    from armsyn.cli.edit_captures import captured_on
+    from armsyn.editing import load_clips
 
     found: list[Clip] = []
     for text in texts:
-        if arm is None and is_clip_selection(text) and not Path(text).exists():
+        if not _is_captured(text, arm):
+            found.append(load_clip(text, arm))
+        elif arm is None:
             found += load_clips(text)
         else:
-            found.append(load_clip(text, arm))
+            found += captured_on(text, arm)
     return found
+
+
+def _is_captured(text: str, arm: ArmDescription | None) -> bool:
+    """Whether a text names captured movements, as far as can be said before they are loaded."""
+    from armsyn.editing import is_clip_selection
+
+    captured_reaches = arm is not None and text.startswith("hug_mp:")
+    return (is_clip_selection(text) or captured_reaches) and not Path(text).exists()
 
 
 def load_clip(text: str, arm: ArmDescription | None) -> Clip:
@@ -38,7 +47,7 @@ def load_clip(text: str, arm: ArmDescription | None) -> Clip:
     text : str
         A captured movement such as ``garza:ForwardHigh``, or a file.
     arm : ArmDescription or None
-        Whose motion it is; None for a body's.
+        Whose motion it is; None for a body's. Captured reaches are put on it.
 
     Returns
     -------
@@ -50,14 +59,13 @@ def load_clip(text: str, arm: ArmDescription | None) -> Clip:
     CaptureError, FormatError, InputError
         Nothing there, several, or of another kind.
     """
-    from armsyn.editing import is_clip_selection, load_clips
-    from armsyn.errors import CaptureError, FormatError, InputError
+    from armsyn.cli.edit_captures import captured_on
+    from armsyn.editing import load_clips
+    from armsyn.errors import CaptureError, FormatError
     from armsyn.motion.formats import FORMATS, read_body, split_take
 
-    if not Path(text).exists() and is_clip_selection(text):
-        if arm is not None:
-            raise InputError(f"{text}: captured bodies are not motions of {arm.name}")
-        found = load_clips(text)
+    if _is_captured(text, arm):
+        found = load_clips(text) if arm is None else captured_on(text, arm)
         if len(found) > 1:
             raise CaptureError(f"{text!r} selects {len(found)} motions, one is needed")
         return found[0]
@@ -76,6 +84,7 @@ def _of_arm(text: str, arm: ArmDescription) -> Motion:
     """Return what an arm's file has of movement, without the rest before and after."""
     import numpy as np
 
+    from armsyn.cli.edit_captures import RATE
     from armsyn.driver.replay import load_replay
     from armsyn.errors import InputError
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,11 +28,32 @@ def check_outputs(options: dict[str, Any]) -> None:
     if options["plot"] is not None:
         checked_plot(options["plot"])
     given = [options[key] for key in ("out", "latent", "page", "plot") if options[key] is not None]
-    for path in given:
-        if not path.parent.is_dir():
-            raise InputError(f"{path}: no folder {path.parent}")
     if len({path.resolve() for path in given}) < len(given):
         raise InputError("--out, --latent, --report and --plot need files of their own")
+    check_places(given, [options["clip"], options["model_path"], options["scene"]])
+
+
+def check_places(outputs: list[Path], inputs: Iterable[Path | str | None]) -> None:
+    """Refuse outputs that cannot be written, or would replace what is read.
+
+    Raises
+    ------
+    InputError
+    """
+    from armsyn.errors import InputError
+    from armsyn.motion.formats import split_take
+
+    read = {split_take(str(path))[0].resolve() for path in inputs if path is not None}
+    for path in outputs:
+        if not path.parent.is_dir():
+            raise InputError(f"{path}: no folder {path.parent}")
+        if path.resolve() in read:
+            raise InputError(f"{path}: is read by this command: write to another file")
+        try:
+            with tempfile.TemporaryFile(dir=path.parent):
+                pass
+        except OSError as error:
+            raise InputError(f"{path}: cannot write it: {error.strerror or error}") from error
 
 
 def check_suffix(out: Path, arm: ArmDescription | None) -> None:

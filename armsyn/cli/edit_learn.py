@@ -59,8 +59,11 @@ def learn(**options: Any) -> None:
     Each of SET is one whole movement in a file (a body's .bvh, .npz, .amc; with --arm, recordings
     and trajectories of that arm), or names captured ones: garza (35 reaches from rest;
     garza:return, garza:all), jump (24), golf (12 swings), or one such as garza:ForwardHigh.
+    With --arm, captured reaches (garza, or hug_mp:S01 for hug_mp4) are put on that arm first,
+    slowed until it can follow.
     """
     from armsyn.cli.edit_clips import load_examples
+    from armsyn.cli.edit_files import check_places
     from armsyn.editing import ChainFigure, learn_model, save_model
     from armsyn.errors import InputError
 
@@ -69,6 +72,7 @@ def learn(**options: Any) -> None:
     out = options["out"]
     if out.suffix not in (".npz", ".json"):
         raise InputError(f"{out}: a model is kept as .npz or .json")
+    check_places([out], options["motions"])
     figure, arm = None, None
     if options["arm_name"] is not None:
         from armsyn.arm import load_arm

@@ -22,7 +22,7 @@ from armsyn.editing.pattern.model import MotionModel
 from armsyn.editing.result import EditResult
 from armsyn.editing.solving import SolverOptions
 from armsyn.editing.tasks import TaskMaker
-from armsyn.errors import OutsidePatternError
+from armsyn.errors import OutsidePatternError, UnreachableError
 
 FloatArray = NDArray[np.float64]
 _ROUNDING = 1e-9
@@ -83,6 +83,8 @@ class Editor:
             A frame outside the clip, or a body that is not there.
         OutsidePatternError
             When a coefficient beyond `coefficient_bound`, and beyond the clip's own, is needed.
+        UnreachableError
+            When a constraint of the first level is missed by more than `allowed_miss`.
         """
         tasks = self._maker.tasks(
             (n, c) for n, c in enumerate(constraints) if not isinstance(c, KeyTrajectory)
@@ -100,7 +102,7 @@ class Editor:
         if not force:
             self._refuse_far(reached)
         farthest = np.abs(reached).max(axis=1).argmax()
-        return self._outcome.result(
+        result = self._outcome.result(
             tasks,
             bent.change,
             bent.iterations,
@@ -108,14 +110,32 @@ class Editor:
             reached,
             self._model.nearest_example(reached[farthest]),
         )
+        if not force:
+            self._refuse_missed(result)
+        return result
+
+    def _refuse_missed(self, result: EditResult) -> None:
+        """Refuse what does not bring the first level to its goals: nothing near is written."""
+        first = [r for r in result.residuals if r.level == result.residuals[0].level]
+        worst = max(first, key=lambda residual: residual.worst, default=None)
+        if worst is None or worst.worst <= self._options.allowed_miss:
+            return
+        count = self._model.size
+        raise UnreachableError(
+            f"{worst.label} is missed by {worst.amount}: the pattern's {count}"
+            f" component{'s' * (count > 1)} within the joints' limits do not lead there: ask for"
+            " less, or on a further level; learn from more examples or more of their variance;"
+            " or force it",
+            worst.worst,
+        )
 
     def _refuse_far(self, reached: FloatArray) -> None:
         """Refuse what is farther from the mean than allowed, and farther than the clip itself."""
         largest, bound = float(np.abs(reached).max()), self._options.coefficient_bound
         if largest > max(bound, float(np.abs(self.coefficients).max()) + _ROUNDING):
             raise OutsidePatternError(
-                f"the edit needs a coefficient of {largest:.1f} standard deviations of the"
-                f" examples, beyond the {bound:g} allowed: ask for less, learn from examples"
+                f"the edit needs a coefficient of {largest:.6g} standard deviations of the"
+                f" examples, beyond the {bound:.6g} allowed: ask for less, learn from examples"
                 " nearer to it, or force it",
                 largest,
                 bound,

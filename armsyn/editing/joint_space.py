@@ -58,7 +58,8 @@ def bend_joints(
         if bounds is not None and (bounds.G @ x > bounds.h).any():
             x = home  # the change of the frame before would leave this one's limits
         here = [task for task in tasks if task.frame == frame]
-        problem = Problem(figure.tree, here, {frame: base[frame]}, {frame: scale})
+        pose, weight = {frame: base[frame]}, options.metres_per_radian
+        problem = Problem(figure.tree, here, pose, {frame: scale}, weight)
         found = solve(problem, x, options, home, bounds, settle=False)
         x, before, steps = found.x, frame, steps + found.iterations
         change[frame] = x * scale

@@ -99,7 +99,8 @@ class LatentSolver:
         base = {frame: self._base[frame] for frame in frames}
         directions = self._directions(self._phases[frames])
         along = dict(zip(frames, directions, strict=True))
-        return Problem(self._model.figure.tree, tasks, base, along)
+        weight = self._options.metres_per_radian
+        return Problem(self._model.figure.tree, tasks, base, along, weight)
 
     def _directions(self, at: FloatArray) -> FloatArray:
         """Pose changes a unit of the unknowns, (instants,) to (instants, m, n)."""

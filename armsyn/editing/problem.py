@@ -35,6 +35,8 @@ class Problem:
         Pose of each frame that has tasks where the unknowns are zero, rad and m.
     directions : mapping of int to array, shape (q, n) or (n,)
         Pose change a unit of each unknown; a row of n is the diagonal of an n x n matrix.
+    metres_per_radian : float
+        What a radian of an orientation counts against a metre on its level.
     """
 
     def __init__(
@@ -43,8 +45,10 @@ class Problem:
         tasks: Sequence[Task],
         base: Mapping[int, FloatArray],
         directions: Mapping[int, FloatArray],
+        metres_per_radian: float = 1.0,
     ) -> None:
         self._tree, self._base, self._directions = tree, base, directions
+        self.metres_per_radian = metres_per_radian
         self.tasks = sorted(tasks, key=lambda task: (task.frame, task.level))
         self.ranks = sorted({task.level for task in self.tasks})
         self._frames = [self._grouped(frame) for frame in sorted({t.frame for t in self.tasks})]
@@ -71,7 +75,8 @@ class Problem:
         Returns
         -------
         list of Level
-            J is J_theta(theta_k) E_k^T (the chain rule of the second paper's Eq. 7).
+            J is J_theta(theta_k) E_k^T (the chain rule of the second paper's Eq. 7). Rows of
+            orientations are weighted.
         """
         rows: dict[int, list[tuple[FloatArray, FloatArray]]] = {rank: [] for rank in self.ranks}
         for frame, tasks, bodies, points in self._frames:
@@ -79,15 +84,21 @@ class Problem:
             D = self._directions[frame]
             J = J * D if D.ndim == 1 else J @ D.T
             for task, place, turn, moved in zip(tasks, places, turned, J, strict=True):
-                error = error_of(task, place, turn)
-                rows[task.level].append((moved[3:] if task.turning else moved[task.rows], error))
+                rows[task.level].append(self._row(task, error_of(task, place, turn), moved))
         return [
             Level(np.concatenate([J for J, _ in part]), np.concatenate([e for _, e in part]))
             for part in rows.values()
         ]
 
+    def _row(
+        self, task: Task, error: FloatArray, moved: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        if not task.turning:
+            return moved[task.rows], error
+        return self.metres_per_radian * moved[3:], self.metres_per_radian * error
+
     def errors(self, x: FloatArray) -> list[FloatArray]:
-        """Return what each task, in the order of `tasks`, misses at x: m or rad."""
+        """Return what each task, in the order of `tasks`, misses at x: m or rad, unweighted."""
         found = []
         for frame, tasks, bodies, points in self._frames:
             places, turned, _ = self._tree.points(self.pose(frame, x), bodies, points)

@@ -148,7 +148,7 @@ def latent_as_dict(result: EditResult, model: MotionModel) -> dict[str, Any]:
 
 def figure_rows(result: EditResult) -> list[tuple[str, str]]:
     """Write out an edit's figures for people: what, and how much."""
-    rows = [(f"level {r.level}: {r.label}", f"misses {_amount(*r[2:5])}") for r in result.residuals]
+    rows = [(f"level {r.level}: {r.label}", f"misses {r.amount}") for r in result.residuals]
     rows.append(("iterations", str(result.iterations)))
     if result.largest_coefficient is not None:
         said = f"{result.largest_coefficient:.2f} sigma (the clip's own {_largest_own(result):.2f})"
@@ -160,12 +160,6 @@ def figure_rows(result: EditResult) -> list[tuple[str, str]]:
     for name, (before, after) in (result.foot_slide_m or {}).items():
         rows.append((f"slide of {name}", f"{100 * before:.2f} -> {100 * after:.2f} cm"))
     return rows
-
-
-def _amount(worst: float, frame: int, unit: str) -> str:
-    if unit == "rad":
-        return f"{np.degrees(worst):.4f} deg at frame {frame}"
-    return f"{100 * worst:.4f} cm at frame {frame}"
 
 
 def _largest_own(result: EditResult) -> float | None:

@@ -39,6 +39,12 @@ class Residual(NamedTuple):
     unit: str
     constraint: int
 
+    @property
+    def amount(self) -> str:
+        """`worst` and where, for people."""
+        size = 100.0 * self.worst if self.unit == "m" else np.degrees(self.worst)
+        return f"{size:.4f} {'cm' if self.unit == 'm' else 'deg'} at frame {self.frame}"
+
 
 @dataclass(frozen=True, eq=False)
 class EditResult:

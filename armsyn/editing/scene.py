@@ -116,6 +116,8 @@ class _Solver(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     toward_coefficients: tuple[float, ...] = ()
     pull: float = 1.0
     coefficient_bound: float = 6.0
+    allowed_miss: float = 1e-3
+    metres_per_radian: float = 0.5
 
 
 class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -19,6 +19,10 @@ _STALLED = 1e-9
 """A step of the unknowns (standard deviations, rad) below which nothing moves any more."""
 
 _HALVINGS = 6
+_NEXT = 0.01
+_NEGLIGIBLE = 1e-3
+"""Of the tolerance: goals that come nearer by less in an iteration have come as near as they do."""
+_POSITIVE = ("tolerance", "longest", "coefficient_bound", "allowed_miss", "metres_per_radian")
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,11 @@ class SolverOptions:
         Share of the way there an iteration, in (0, 1].
     coefficient_bound : float
         Standard deviations of the examples beyond which an edit is refused unless forced.
+    allowed_miss : float
+        What constraints of the first level may miss, m (rad for orientations), before an edit is
+        refused unless forced.
+    metres_per_radian : float
+        What a radian of an orientation counts against a metre of a position on its level.
 
     Raises
     ------
@@ -67,6 +76,8 @@ class SolverOptions:
     toward_coefficients: tuple[float, ...] = ()
     pull: float = 1.0
     coefficient_bound: float = 6.0
+    allowed_miss: float = 1e-3
+    metres_per_radian: float = 0.5
 
     def __post_init__(self) -> None:
         if self.iterations < 1:
@@ -77,7 +88,7 @@ class SolverOptions:
             raise InputError(
                 f"damping unit '{self.damping_unit}': {', '.join(get_args(DampingUnit))}"
             )
-        for name in ("tolerance", "longest", "coefficient_bound"):
+        for name in _POSITIVE:
             if not getattr(self, name) > 0.0:
                 raise InputError(f"{name} {getattr(self, name):g} is not positive")
         if not 0.0 < self.pull <= 1.0:
@@ -145,8 +156,10 @@ def solve(
     """
     x, damping = np.array(start), options.as_damping
     levels = problem.levels(x)
+    enough = 0.5 * options.tolerance * min(1.0, problem.metres_per_radian)
+    negligible = _NEGLIGIBLE * options.tolerance * _NEXT ** (len(levels) - 1)
     for iteration in range(options.iterations + 1):
-        met = all(np.abs(error).max() <= 0.5 * options.tolerance for _, error in levels)
+        met = all(np.abs(error).max() <= enough for _, error in levels)
         if iteration == options.iterations or (met and not (settle and rest is not None)):
             break
         wishes = [_clamped(level, options.longest) for level in levels]
@@ -158,9 +171,10 @@ def solve(
         if np.abs(step).max() <= (options.tolerance if met else _STALLED):
             break
         ahead = _better(problem, x, step, levels)
-        if ahead is None and rest is None:
+        ahead = ahead or (x + step, problem.levels(x + step))
+        if rest is None and _merit(levels) - _merit(ahead[1]) < negligible:
             break
-        x, levels = ahead or (x + step, problem.levels(x + step))
+        x, levels = ahead
     return Solution(x, iteration, met)
 
 
@@ -181,9 +195,9 @@ def _better(
 
 
 def _merit(levels: list[Level]) -> float:
-    """Sum of the levels' errors, each counting a hundredth of the one above."""
+    """Sum of the levels' errors, each counting `_NEXT` times the one above."""
     return sum(
-        0.01**place * float(np.linalg.norm(error)) for place, (_, error) in enumerate(levels)
+        _NEXT**place * float(np.linalg.norm(error)) for place, (_, error) in enumerate(levels)
     )
 
 

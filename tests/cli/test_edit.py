@@ -232,6 +232,42 @@ def test_a_captured_reach_is_moved(call: Call, captures: Path, tmp_path: Path) -
     several.refused(2, "selects 35 motions")
 
 
+def test_what_is_read_is_never_written_over(
+    call: Call, clips: list[Path], model: Path, tmp_path: Path
+) -> None:
+    own = tmp_path / "own.npz"
+    own.write_bytes(clips[0].read_bytes())
+    scene = tmp_path / "scene.toml"
+    scene.write_text(TEMPLATE)
+    apply = ("edit", "apply", own, "--model", model, *HAND, "--by", 0, 0.01, 0)
+    for out in ((own,), (model,), (tmp_path / "o.npz", "--latent", scene, "--scene", scene)):
+        call(*apply, "--out", *out).refused(2, "is read by this command")
+    learn = ("edit", "learn", *clips, own, "--out")
+    call(*learn, own).refused(2, "is read by this command")
+    assert own.read_bytes() == clips[0].read_bytes()
+    assert not (tmp_path / "o.npz").exists()
+
+
+def test_a_goal_that_is_missed_is_not_written(
+    call: Call, clips: list[Path], tmp_path: Path
+) -> None:
+    model, out = tmp_path / "model.npz", tmp_path / "near.npz"
+    call("edit", "learn", *clips, "--components", 1, "--out", model)
+    apply = ("edit", "apply", clips[0], "--model", model, *HAND, "--by", 0, 0.03, 0, "--out", out)
+    said = call(*apply, "--json")
+    assert said.status == 4
+    assert said.document["error"]["type"] == "UnreachableError"
+    assert said.document["error"]["miss_m"] > 1e-3
+    assert not out.exists()
+    assert "not every constraint is met" in call(*apply, "--force").err
+    assert out.exists()
+
+
+def test_only_arms_are_slowed(call: Call, clips: list[Path], model: Path, tmp_path: Path) -> None:
+    apply = ("edit", "apply", clips[0], "--model", model, *HAND, "--by", 0, 0, 0)
+    call(*apply, "--out", tmp_path / "o.npz", "--slower", 2).refused(2, "--slower is for arms")
+
+
 def reach(number: int, rate: float = 200.0) -> Motion:
     """A minimum-jerk reach of the koch from rest, with rest before and after."""
     arm = load_arm("koch", calibrated=False)
@@ -274,3 +310,69 @@ def test_an_arms_episode_is_edited_within_its_limits(
     np.testing.assert_allclose(moved, [0, 0.02, 0], atol=1e-4)
     streamed = call("stream", out, "--arm", "koch", "--dry-run")
     assert streamed.status == 0, streamed.err
+
+
+def hand(path: Path) -> np.ndarray:
+    """Where the koch's hand ends in a motion file, m."""
+    angles = read_motion(path).angles
+    assert angles is not None
+    return np.asarray(load_arm("koch", calibrated=False).chain.forward(angles[-1]).tip)
+
+
+def test_a_recorded_episode_goes_five_centimetres_left_and_is_streamed(
+    call: Call, tmp_path: Path
+) -> None:
+    targets = ((-0.20, 0.05, 0.16), (-0.20, 0.0, 0.18), (-0.18, 0.1, 0.18), (-0.22, -0.05, 0.14))
+    files = [tmp_path / f"{number}.npz" for number in range(len(targets))]
+    for target, file in zip(targets, files, strict=True):
+        said = call("reach", "--arm", "koch", "--target", *target, "--rate", 50, "--record", file)
+        assert said.status == 0, said.err
+    model, out, again = (tmp_path / name for name in ("koch.npz", "left.npz", "again.npz"))
+    learned = call("edit", "learn", *files, "--arm", "koch", "--variance", 1, "--out", model)
+    assert learned.status == 0, learned.err
+    apply = ("edit", "apply", files[0], "--model", model, "--point", "tip", "--by", 0, 0.05, 0)
+    edited = call(*apply, "--out", out, "--json")
+    assert edited.status == 0, edited.err
+    assert edited.document["largest_coefficient"] < 6.0
+    assert 0.0 < edited.document["score"]["held_distance_m"] < 0.05
+    wanted = np.array([0.0, 0.05, 0.0]) + targets[0]
+    np.testing.assert_allclose(hand(out), wanted, atol=1.5e-3)  # a plan ends within 0.5 mm
+    streamed = call("stream", out, "--arm", "koch", "--rate", 50, "--record", again, "--json")
+    assert streamed.status == 0, streamed.err
+    np.testing.assert_allclose(hand(again), wanted, atol=5e-3)
+
+
+def test_captured_reaches_are_learned_on_an_arm(call: Call, captures: Path, tmp_path: Path) -> None:
+    del captures
+    model, out = tmp_path / "koch.npz", tmp_path / "left.npz"
+    places = ("Low", "MediumMid")
+    names = [f"garza:{way}{place}" for way in ("Forward", "Left30", "Right30") for place in places]
+    learned = call("edit", "learn", *names, "--arm", "koch", "--variance", 1, "--out", model)
+    assert learned.status == 0, learned.err
+    assert load_model(model).names == tuple(names)
+    apply = ("edit", "apply", names[0], "--model", model, "--point", "tip", "--by", 0, 0.02, 0)
+    too_fast = call(*apply, "--out", out)
+    too_fast.refused(4, "acceleration", "; --slower ")
+    needed = too_fast.err.split("--slower ")[1].split(" ")[0]
+    edited = call(*apply, "--out", out, "--slower", needed, "--json")
+    assert edited.status == 0, edited.err
+    arm = load_arm("koch", calibrated=False)
+    check_trajectory(read_motion(out), arm)
+    dry = call("stream", out, "--arm", "koch", "--dry-run")
+    assert dry.status == 0, dry.err
+    call("edit", "learn", "golf", "--arm", "koch", "--out", model).refused(2, "golf")
+
+
+def test_captures_whose_postures_jump_are_left_out_by_name(
+    call: Call, captures: Path, tmp_path: Path
+) -> None:
+    del captures
+    model = tmp_path / "human7.npz"
+    names = ("ForwardLow", "BackHigh", "Left30Low", "Right30Low")
+    selection = ",".join(f"garza:{name}" for name in names)
+    said = call("edit", "learn", selection, "--arm", "human7", "--out", model)
+    assert said.status == 0, said.err
+    assert "left out, as postures of human7 jump: garza:BackHigh" in said.err
+    assert len(load_model(model).names) == 3
+    one = call("edit", "learn", "garza:BackHigh", "--arm", "human7", "--out", model)
+    one.refused(2, "garza:BackHigh", "jump")

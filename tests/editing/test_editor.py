@@ -386,6 +386,21 @@ def test_an_arms_path_is_bent_inside_its_limits() -> None:
         np.testing.assert_array_equal(edited.angles[:10], clip.angles[:10])  # type: ignore[index]
 
 
+def test_an_edit_adds_no_steps_of_speed_between_the_patterns_frames() -> None:
+    figure, clips = arm_clips("koch")
+    model = learn_model(clips, figure=figure, frames=12, variance=1.0)
+    slow, first = np.linspace(0.0, 1.0, 401), clips[1]
+    assert first.angles is not None
+    fine = np.stack([np.interp(slow, first.time, column) for column in first.angles.T], axis=1)
+    clip = Motion(slow, figure.chain.names, fine)
+    result = edit_motion(clip, model, [KeyFrame(Effector("tip"), -1, by=(0, 0.01, 0))], force=True)
+    change = result.after - result.before
+    bends = np.abs(np.diff(change, 2, axis=0)).max(axis=1)
+    coarse = np.abs(np.diff(change[::20], 2, axis=0)).max() / 20**2
+    # Straight lines between the pattern's frames would bend 20 times as much at each of them
+    assert 0.0 < bends.max() < 5.0 * coarse
+
+
 def test_an_arms_null_edit_is_the_very_motion() -> None:
     figure, clips = arm_clips("koch")
     model = learn_model(clips, figure=figure, frames=40)

@@ -15,6 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from armsyn.editing.figure import Clip, Figure
 from armsyn.editing.pattern.branches import unwrapped_poses
@@ -139,7 +140,7 @@ class MotionModel:
         return np.asarray(self.components.reshape(self.size, -1) @ away / self.sigma)
 
     def directions_at(self, at: FloatArray) -> FloatArray:
-        """Return the pose changes at phases of the motion, linear between its frames.
+        """Return the pose changes at phases of the motion, by cubic splines through its frames.
 
         Parameters
         ----------
@@ -179,7 +180,14 @@ class MotionModel:
 
 
 def _between_frames(values: FloatArray, at: FloatArray) -> FloatArray:
-    """Interpolate values, shape (frames, ...), linearly at phases; frames themselves are exact."""
-    left = np.clip(at.astype(np.int64), 0, len(values) - 2)
-    share = (at - left).reshape(-1, *[1] * (values.ndim - 1))
-    return np.asarray((1.0 - share) * values[left] + share * values[left + 1])
+    """Interpolate values, shape (frames, ...), at phases; frames themselves are exact.
+
+    By cubic splines: a clip at another rate than the pattern gets no step of its speed at each of
+    the pattern's frames, which would be an acceleration that no arm can follow.
+    """
+    whole = np.round(at).astype(np.int64)
+    if np.array_equal(whole, at):
+        return np.asarray(values[whole])
+    between = CubicSpline(np.arange(len(values)), values)(at)
+    between[whole == at] = values[whole[whole == at]]
+    return np.asarray(between)
