@@ -27,6 +27,12 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Learn reaches to any target instead: whole motions and synergies over the workspace.",
 )
+@click.option(
+    "--repeats",
+    metavar="SELECTION",
+    help="With --atlas: captures with repeats, which the spread between repeats is learned from"
+    " where the others have none  [default: hug_mp:S01 to S04]",
+)
 @click.option("--arm", "arm_name", required=True, metavar="NAME", help="The arm to learn for.")
 @click.option(
     "--model",
@@ -118,6 +124,8 @@ def learn(**options: Any) -> None:
         return
     if options["selection"] is None:
         raise click.UsageError("Missing option '--captures'.")
+    if options["repeats"] is not None:
+        raise click.UsageError("'--repeats' is for --atlas.")
     from armsyn.arm import find_file, load_arm
     from armsyn.cli.learn_plot import Convergence, checked_plot
     from armsyn.cli.long_work import StageBars, write_run

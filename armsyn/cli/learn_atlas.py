@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from armsyn.planning.atlas import Atlas
 
 CAPTURES = "garza:all"
-_TAKEN = ("atlas", "selection", "arm_name", "seed", "calibration", "out", "as_json")
+_TAKEN = ("atlas", "selection", "repeats", "arm_name", "seed", "calibration", "out", "as_json")
 
 
 def learn_atlas_file(options: dict[str, Any]) -> None:
@@ -34,7 +34,7 @@ def learn_atlas_file(options: dict[str, Any]) -> None:
     from armsyn.motion.captures import load_captures
     from armsyn.planning.atlas import SUFFIX
     from armsyn.planning.atlas_file import save_atlas
-    from armsyn.planning.atlas_learning import learn_atlas
+    from armsyn.planning.atlas_learning import REPEATS, learn_atlas
 
     _check_options()
     arm = load_arm(options["arm_name"], options["calibration"], calibrated=False)
@@ -48,7 +48,10 @@ def learn_atlas_file(options: dict[str, Any]) -> None:
     captures = load_captures(selection)
     with StageBars() as progress:
         atlas = learn_atlas(
-            arm, selection, captures, seed=options["seed"], on_progress=progress.update
+            *(arm, selection, captures),
+            repeats=options["repeats"] or REPEATS,
+            seed=options["seed"],
+            on_progress=progress.update,
         )
     save_atlas(out, atlas)
     write_run(out)
@@ -104,6 +107,11 @@ def _lines(atlas: Atlas) -> list[str]:
     said = [f"{name} {angle:.0f}" for name, angle in off.items() if angle is not None]
     if said:
         lines.append(f"degrees between its segments and the person's: {', '.join(said)}")
+    if atlas.variability is not None:
+        lines.append(
+            f"spread between repeats: {len(atlas.variability.times)} modes from"
+            f" {atlas.variability.repeats} repeats ({facts.repeats})"
+        )
     if len(likeness.landmarks) == 1:
         lines.append(
             f"its {len(facts.joint_names)} joints follow the hand's path alone: how a person holds"

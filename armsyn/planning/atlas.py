@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription, find_file
 from armsyn.errors import InputError, meant
 from armsyn.kinematics import SerialChain
+from armsyn.planning.generation.variability import Variability
 from armsyn.planning.prediction import Predictor
 
 FloatArray = NDArray[np.float64]
@@ -58,6 +58,8 @@ class AtlasFacts(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         How many reaches, to and from how many places.
     left_out : dict of str to str
         Captures that could not be learned from, and why.
+    repeats : str
+        The selection that the spread between repeats was learned from; empty for none.
     inputs_sha256 : str
         Of the captures as they were put on the arm.
     chain_sha256 : str
@@ -74,6 +76,7 @@ class AtlasFacts(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     reaches: int
     places: int
     left_out: dict[str, str]
+    repeats: str
     inputs_sha256: str
     chain_sha256: str
     seed: int
@@ -89,13 +92,13 @@ class Atlas:
     facts : AtlasFacts
     predictors : mapping of str to Predictor
         By kind: ``linear``, ``latent``, ``synergy``.
-    variability : dict or None
-        Document of the spread between repeats.
+    variability : Variability or None
+        How repeats of a reach differ; None where no captures had repeats.
     """
 
     facts: AtlasFacts
     predictors: Mapping[str, Predictor]
-    variability: dict[str, Any] | None = field(default=None)
+    variability: Variability | None = None
 
     @property
     def kinds(self) -> tuple[str, ...]:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from armsyn.errors import InputError
 from armsyn.kinematics import SerialChain
 from armsyn.planning.features import Regression
+from armsyn.planning.generation.variability import Variability
 from armsyn.planning.hull import Hull
 from armsyn.planning.latent import LatentPredictor
 from armsyn.planning.linear import LinearPredictor
@@ -35,7 +36,7 @@ CLASSES: Mapping[str, type] = {
     for one in (
         *(LinearPredictor, LatentPredictor, SynergyPredictor),
         *(LinearField, Nearest, InverseDistance, ThinPlate, Regression),
-        *(MovementTime, PhasedSynergies, Hull),
+        *(MovementTime, PhasedSynergies, Hull, Variability),
     )
 }
 """What a document may be of."""
@@ -136,6 +137,10 @@ def _decoded(value: Any, kind: Any, chain: SerialChain, where: str) -> Any:
         return _array(value, where)
     if kind is float:
         return _number(value, where)
+    if kind is int:
+        if type(value) is not int:
+            raise InputError(f"{where}: expected a whole number, got {_shown(value)}")
+        return value
     if kind is str:
         if not isinstance(value, str):
             raise InputError(f"{where}: expected text, got {_shown(value)}")

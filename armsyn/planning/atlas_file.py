@@ -14,6 +14,8 @@ from armsyn.errors import DescriptionError, InputError
 from armsyn.motion.formats.files import replacing
 from armsyn.planning.atlas import Atlas, AtlasFacts, chain_hash
 from armsyn.planning.atlas_codec import decoded, encoded
+from armsyn.planning.examples import PHASES
+from armsyn.planning.generation.variability import Variability
 from armsyn.planning.prediction import Predictor
 
 MAXIMUM_BYTES = 10_000_000
@@ -65,11 +67,12 @@ def load_atlas(path: Path, arm: ArmDescription) -> Atlas:
         predictors = {
             kind: _predictor(part, arm, kind) for kind, part in document.predictors.items()
         }
+        variability = _variability(document.variability, arm)
     except (OSError, UnicodeDecodeError, msgspec.DecodeError, InputError) as error:
         raise DescriptionError(
             f"{path}: {error}; learn it again with armsyn learn --atlas --arm {arm.name}"
         ) from error
-    return Atlas(document.facts, predictors, document.variability)
+    return Atlas(document.facts, predictors, variability)
 
 
 def save_atlas(path: Path, atlas: Atlas) -> None:
@@ -84,7 +87,7 @@ def save_atlas(path: Path, atlas: Atlas) -> None:
         "armsyn-atlas-1",
         atlas.facts,
         {kind: encoded(predictor) for kind, predictor in atlas.predictors.items()},
-        atlas.variability,
+        None if atlas.variability is None else encoded(atlas.variability),
     )
     text = msgspec.json.format(msgspec.json.encode(document), indent=1).decode()
     # One line an array, so that what changed can be seen
@@ -116,3 +119,17 @@ def _predictor(part: dict[str, Any], arm: ArmDescription, kind: str) -> Predicto
     if not usable or found.angles.shape[2] != arm.chain.dof or not (found.durations > 0).all():
         raise InputError(f"predictors.{kind}: predicts no motion of {arm.name}")
     return predictor
+
+
+def _variability(document: dict[str, Any] | None, arm: ArmDescription) -> Variability | None:
+    if document is None:
+        return None
+    found = decoded(document, arm.chain, "variability")
+    if not isinstance(found, Variability):
+        raise InputError(f"variability: expected Variability, got {type(found).__name__}")
+    if found.modes.shape != (*found.times.shape, PHASES, arm.chain.dof):
+        raise InputError(
+            f"variability: modes of shape {found.modes.shape} are none of {arm.name}'s"
+            f" {arm.chain.dof} joints"
+        )
+    return found

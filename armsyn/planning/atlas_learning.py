@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import CaptureError
-from armsyn.motion.captures import Capture
+from armsyn.motion.captures import Capture, load_captures
 from armsyn.motion.retargeting import retarget
 from armsyn.planning.atlas import Atlas, AtlasFacts, chain_hash
 from armsyn.planning.examples import Examples, examples_on_arm
+from armsyn.planning.generation.variability import Variability, learn_variability
 from armsyn.planning.likeness import likeness_of
+from armsyn.planning.linear import learn_linear
 from armsyn.planning.prediction import Predictor
 from armsyn.planning.predictor import learn_predictor
 
@@ -21,6 +25,16 @@ Progress = Callable[[str, int, int, str], None]
 
 KINDS = ("linear", "latent", "synergy")
 """What an atlas holds, in the order in which it is learned."""
+REPEATS = "hug_mp:S01,hug_mp:S02,hug_mp:S03,hug_mp:S04"
+"""Two repeats of each of seven targets by four people."""
+
+
+class Repeats(NamedTuple):
+    """What the spread between repeats was learned from (empty for nothing, then why), and it."""
+
+    selection: str
+    spread: Variability | None
+    why_none: str
 
 
 def learn_atlas(
@@ -28,6 +42,7 @@ def learn_atlas(
     selection: str,
     captures: Sequence[Capture],
     *,
+    repeats: str = REPEATS,
     seed: int = 0,
     on_progress: Progress = lambda _stage, _done, _total, _said: None,
 ) -> Atlas:
@@ -39,6 +54,8 @@ def learn_atlas(
     selection : str
         Where the captures come from, for the record.
     captures : sequence of Capture
+    repeats : str
+        Selection that the spread between repeats is learned from where `captures` have too few.
     seed : int
         For the record: what is learned now draws no random numbers.
     on_progress : callable
@@ -54,9 +71,7 @@ def learn_atlas(
         Fewer than eight captures can be used, or their targets lie in one plane.
     """
     usable, left_out = _usable(arm, captures)
-    examples = examples_on_arm(
-        arm, usable, on_progress=lambda done, total: on_progress("put on the arm", done, total, "")
-    )
+    examples = _on_arm(arm, usable, "put on the arm", on_progress)
     likeness = likeness_of(
         arm, usable, lambda done, total: on_progress("compared", done, total, "")
     )
@@ -65,6 +80,7 @@ def learn_atlas(
         on_progress("learning", done, len(KINDS), kind)
         predictors[kind] = learn_predictor(kind, examples)
     on_progress("learning", len(KINDS), len(KINDS), "")
+    found = _spread(arm, selection, examples, repeats, on_progress)
     facts = AtlasFacts(
         arm=arm.name,
         joint_names=arm.joint_names,
@@ -73,13 +89,64 @@ def learn_atlas(
         subjects=tuple(sorted(set(examples.subjects))),
         reaches=examples.size,
         places=len(set(zip(examples.subjects, examples.places, strict=True))),
-        left_out=left_out,
+        left_out=left_out | ({"repeats": found.why_none} if found.why_none else {}),
+        repeats=found.selection,
         inputs_sha256=_inputs_hash(examples),
         chain_sha256=chain_hash(arm.chain),
         seed=seed,
         likeness=likeness,
     )
-    return Atlas(facts, predictors)
+    return Atlas(facts, predictors, found.spread)
+
+
+def _on_arm(
+    arm: ArmDescription, captures: Sequence[Capture], stage: str, on_progress: Progress
+) -> Examples:
+    return examples_on_arm(
+        arm, captures, on_progress=lambda done, total: on_progress(stage, done, total, "")
+    )
+
+
+def _spread(
+    arm: ArmDescription, selection: str, examples: Examples, repeats: str, on_progress: Progress
+) -> Repeats:
+    """Learn how repeats differ: of the captures themselves, else of those that have repeats."""
+    try:
+        return Repeats(selection, learn_variability(examples, learn_linear(examples)), "")
+    except CaptureError:
+        pass  # one reach a place, as of garza
+    try:
+        captures, _ = _usable(arm, [_with_wrist(arm, one) for one in load_captures(repeats)])
+        others = _on_arm(arm, captures, "repeats put on the arm", on_progress)
+        return Repeats(repeats, learn_variability(others, learn_linear(others)), "")
+    except CaptureError as error:
+        return Repeats("", None, f"no spread between repeats: {error}")
+
+
+def _with_wrist(arm: ArmDescription, capture: Capture) -> Capture:
+    """Add the wrist that an exoskeleton with a straight one has, where the arm follows a wrist."""
+    motion = capture.motion
+    names = motion.landmark_names
+    lacks = "wrist" in arm.landmarks and "wrist" not in names
+    if not lacks or motion.landmarks is None or names[-2:] != ("elbow", "hand"):
+        return capture
+    rows = dict(zip(arm.landmarks, arm.landmark_frames, strict=True))
+    at_rest = arm.chain.positions(arm.rest[None])[0]
+    elbow, wrist, hand = (at_rest[rows[name]] for name in ("elbow", "wrist", "hand"))
+    forearm, palm = np.linalg.norm(wrist - elbow), np.linalg.norm(hand - wrist)
+    share = forearm / (forearm + palm)
+    middle = (1.0 - share) * motion.landmarks[:, -2:-1] + share * motion.landmarks[:, -1:]
+    landmarks = np.concatenate([motion.landmarks[:, :-1], middle, motion.landmarks[:, -1:]], axis=1)
+    return dataclasses.replace(
+        capture,
+        motion=dataclasses.replace(
+            motion,
+            joint_names=(),
+            angles=None,
+            landmark_names=(*names[:-1], "wrist", "hand"),
+            landmarks=landmarks,
+        ),
+    )
 
 
 def _usable(
