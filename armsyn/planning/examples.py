@@ -16,8 +16,9 @@ from armsyn.motion import Motion
 from armsyn.motion.captures import Capture, load_captures
 from armsyn.motion.filtering import hand_speed
 from armsyn.motion.resample import interpolate
-from armsyn.motion.retargeting import fit_angles, retarget
+from armsyn.motion.retargeting import retarget
 from armsyn.motion.segmentation import movement_times
+from armsyn.planning.continuous import continuous_postures
 
 FloatArray = NDArray[np.float64]
 
@@ -116,7 +117,11 @@ def examples_of_people(subject: str, cut: Cut = "movement") -> Examples:
     """
     chain = load_arm("hug_mp4", calibrated=False).chain
     captures = load_captures(f"hug_mp:{subject}:all")
-    return _examples(chain, captures, lambda capture: capture.motion, cut)
+
+    def own(capture: Capture, first: float, last: float) -> FloatArray:
+        return _over_phase(capture.motion, capture.motion.angles, first, last)
+
+    return _examples(chain, captures, own, cut)
 
 
 def examples_on_arm(
@@ -127,8 +132,8 @@ def examples_on_arm(
 ) -> Examples:
     """Put captured reaches on an arm by their landmarks.
 
-    Landmarks are laid on the arm's own links (`armsyn.motion.retargeting.on_arm`), then its
-    postures are fitted to them, each near the one before.
+    Landmarks are laid on the arm's own links (`armsyn.motion.retargeting.on_arm`), then whole
+    motions of its joints are fitted to them (`armsyn.planning.continuous`).
 
     Parameters
     ----------
@@ -150,24 +155,26 @@ def examples_on_arm(
     """
     done = iter(range(1, len(captures) + 1))
 
-    def fitted(capture: Capture) -> Motion:
+    def fitted(capture: Capture, first: float, last: float) -> FloatArray:
         motion = retarget(capture.motion, arm, is_return=capture.kind == "return")
-        track = fit_angles(arm, motion)
+        landmarks = _over_phase(motion, motion.landmarks, first, last)
+        angles = continuous_postures(arm.chain, arm.landmark_frames, landmarks, arm.rest)
         on_progress(next(done), len(captures))
-        return track.motion
+        return angles
 
     return _examples(arm.chain, captures, fitted, cut)
 
 
 def _examples(
-    chain: SerialChain, captures: Sequence[Capture], fitted: Callable[[Capture], Motion], cut: Cut
+    chain: SerialChain,
+    captures: Sequence[Capture],
+    fitted: Callable[[Capture, float, float], FloatArray],
+    cut: Cut,
 ) -> Examples:
     if not captures:
         raise CaptureError("no captured reaches to learn from")
     spans = [_span(capture.motion, cut) for capture in captures]
-    angles = np.array(
-        [_over_phase(fitted(one), *span) for one, span in zip(captures, spans, strict=True)]
-    )
+    angles = np.array([fitted(one, *span) for one, span in zip(captures, spans, strict=True)])
     parts = [capture.name.split(":") for capture in captures]
     return Examples(
         chain,
@@ -190,7 +197,8 @@ def _span(motion: Motion, cut: Cut) -> tuple[float, float]:
     return max(onset, first), min(offset, last)
 
 
-def _over_phase(motion: Motion, first: float, last: float) -> FloatArray:
-    if motion.angles is None:
-        raise CaptureError(f"{motion.source}: no joint angles to learn from")
-    return interpolate(motion.time, motion.angles, first + PHASE * (last - first))
+def _over_phase(motion: Motion, values: FloatArray | None, first: float, last: float) -> FloatArray:
+    """Return values of a motion, shape (frames, ...), at the phases of a part of it."""
+    if values is None:
+        raise CaptureError(f"{motion.source}: nothing captured to learn from")
+    return interpolate(motion.time, values, first + PHASE * (last - first))
