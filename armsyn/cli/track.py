@@ -89,6 +89,7 @@ def track(**options: Any) -> None:
     (--each goes to one after the other); one with "t" waits until so many seconds after the
     start. A line that is no target, or whose target cannot be reached, is answered by its number
     on standard error, and the arm goes on to the last good one; without a new one it holds.
+    What comes before the arm is ready (a line says so) waits.
 
     At the end of the input the last motion is finished, and the arm holds; --park puts it to
     rest and lets go. Ctrl-C decelerates and, if the way is short and checked, goes to the rest
@@ -182,7 +183,10 @@ def _follow(
     try:
         with feed:
             recording = session.run_setpoint(
-                tracker.setpoint, options["longest"], recorded=min(kept, options["longest"])
+                tracker.setpoint,
+                options["longest"],
+                lambda t, _: teller.ticks.append(t),
+                recorded=min(kept, options["longest"]),
             )
     except BaseException:
         last = () if session.recording is None else (session.recording,)

@@ -21,7 +21,8 @@ Tell = Callable[[dict[str, Any]], None]
 class TargetFeed(threading.Thread):
     """Reads lines, and turns the tracker to each target when it is due.
 
-    A line with a time waits for it, and those after it wait, too. Of lines without, the newest that
+    Nothing is planned before the stream has begun, of which it tells as ``ready``. A line with a
+    time waits for it, and those after it wait, too. Of lines without, the newest that
     has come counts: those before it are passed over, unless each is to be gone to in turn.
 
     Parameters
@@ -55,6 +56,7 @@ class TargetFeed(threading.Thread):
         self._due: deque[NumberedTarget] = deque()
         self._ends: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
         self._left = threading.Event()
+        self._ready = False
 
     def ended(self, arrival: Arrival) -> None:
         """Take the end of following a target, in the stream's thread."""
@@ -83,12 +85,21 @@ class TargetFeed(threading.Thread):
             self._left.wait(LOOK_S)
         for number, text in self._reader.read(LOOK_S):
             self._take(number, text)
+        if not self._streams():
+            return
         self._tell_ends()
         target = self._next()
         if target is not None:
             self._aim(target)
         elif self._reader.ended and not self._due:
             self.tracker.finish()
+
+    def _streams(self) -> bool:
+        """Whether the arm takes setpoints already; says once when it begins to."""
+        if not self._ready and self.tracker.now > 0.0:
+            self._ready = True
+            self._tell({"event": "ready"})
+        return self._ready
 
     def _take(self, number: int, text: bytes) -> None:
         try:

@@ -9,11 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 from armsyn.arm import ArmDescription
 from armsyn.cli.moving import status_of
 from armsyn.driver import Ending, Recording, save_recording
 from armsyn.errors import ArmsynError, InputError, UnreachableError
+
+_MOST_LINES = 30
+"""Targets whose beginnings are marked in a plot; more would hide it."""
 
 REFUSALS = ("malformed", "refused")
 
@@ -30,11 +34,15 @@ class Teller:
     ----------
     events : list of dict
         What was told of targets.
+    ticks : list of float
+        Path time at each tick, s: it does not jump over missed ticks, as the clock of the recording
+        does.
     """
 
     def __init__(self, *, as_json: bool) -> None:
         self.as_json = as_json
         self.events: list[dict[str, Any]] = []
+        self.ticks: list[float] = []
 
     def tell(self, event: dict[str, Any]) -> None:
         """Tell what happened to a target."""
@@ -63,6 +71,8 @@ class Teller:
 
 
 def _text(event: dict[str, Any]) -> str:
+    if event["event"] == "ready":
+        return "ready: waiting for targets"
     name = f"line {event['line']}" + ("" if event["id"] is None else f" ({event['id']})")
     match event["event"]:
         case "accepted":
@@ -210,14 +220,18 @@ def draw(path: Path, recording: Recording, arm: ArmDescription, teller: Teller) 
     figure = Figure(figsize=(8, 7), layout="constrained")
     places, speeds = figure.subplots(2, 1, sharex=True)
     turns = [event for event in teller.events if event["event"] == "accepted"]
-    ends = [*(event["t_s"] for event in turns[1:]), float(measured.time[-1])]
+    rows = min(len(teller.ticks), recording.time_s.size)
+    begins = np.interp(
+        [event["t_s"] for event in turns], teller.ticks[:rows], recording.time_s[:rows]
+    )
+    ends = [*begins[1:], float(measured.time[-1])]
     for axis, colour in enumerate(("tab:red", "tab:green", "tab:blue")):
         places.plot(
             measured.time, measured.hand[:, axis], color=colour, label=f"hand {'xyz'[axis]}"
         )
-        for turn, end in zip(turns, ends, strict=False):
+        for turn, begin, end in zip(turns, begins, ends, strict=True):
             height = turn["target_m"][axis]
-            places.plot([turn["t_s"], end], [height, height], color=colour, linestyle=":")
+            places.plot([begin, end], [height, height], color=colour, linestyle=":")
     commanded = arm.chain.positions(recording.commanded_rad)[:, -1]
     for what, hand, style in (
         ("commanded", commanded, {"color": "tab:blue", "linestyle": "--"}),
@@ -227,9 +241,9 @@ def draw(path: Path, recording: Recording, arm: ArmDescription, teller: Teller) 
         found = hand_speed(time, hand)
         inside = (found.time >= time[0]) & (found.time <= time[-1])
         speeds.plot(found.time[inside], found.speed[inside], label=what, **style)
-    for turn in turns:
+    for begin in begins[: _MOST_LINES if len(begins) <= _MOST_LINES else 0]:
         for axes in (places, speeds):
-            axes.axvline(turn["t_s"], color="0.8", linewidth=1, zorder=0)
+            axes.axvline(begin, color="0.8", linewidth=1, zorder=0)
     kind = "simulated" if recording.simulated else recording.port
     places.set(ylabel="m, base frame", title=f"{arm.name} ({kind}) follows its targets (dotted)")
     speeds.set(xlabel="time, s", ylabel="hand speed, m/s", ylim=(0, None))

@@ -9,6 +9,7 @@ itself would let a gain of 50 per second oscillate.
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
@@ -45,6 +46,9 @@ SETTLE_S = 0.1
 
 PATIENCE_S = 1.5
 """Seconds after that in which the measured hand may still be brought nearer."""
+
+LONGEST_LEAD_S = 0.16
+"""The same for a busy machine: each planning that was late doubles it."""
 
 _TRIES = 4
 
@@ -160,7 +164,7 @@ class ReachTracker:
     on_end: Callable[[Arrival], None] = _nobody
     earliest: float = 0.0
     _moment: _Moment = field(init=False)
-    _next: Aim | None = field(init=False, default=None)
+    _next: deque[Aim] = field(init=False, default_factory=deque)
     _finishing: bool = field(init=False, default=False)
 
     def __post_init__(self) -> None:
@@ -172,6 +176,7 @@ class ReachTracker:
         self._bounds = self.planner.bounds(GUARD)
         self._no_path = np.empty((0, self.start.size))
         self._lock = threading.Lock()
+        self._lead = LEAD_S
 
     @property
     def now(self) -> float:
@@ -182,7 +187,7 @@ class ReachTracker:
     def at_rest(self) -> bool:
         """Whether there is no target left to arrive at."""
         following = self._moment.following
-        return self._next is None and (following is None or following.settled)
+        return not self._next and (following is None or following.settled)
 
     def finish(self) -> None:
         """Let the stream end once the last target is reached."""
@@ -209,33 +214,51 @@ class ReachTracker:
         InputError, UnreachableError, CollisionError
             As `LawPlanner.plan`; the arm goes on to the target that it had.
         """
-        lead = LEAD_S
         for left in reversed(range(_TRIES)):
-            moment = self._moment
-            begin = max(at, moment.t + lead, self.earliest)
-            now = moment.following
-            going = None if now is None else Going(now.aim.planned, begin - now.since)
-            planned = self.planner.plan(self._ahead(moment, begin), target, going)
+            with self._lock:
+                moment, queued = self._moment, tuple(self._next)
+            begin = max(at, moment.t + self._lead, self.earliest)
+            going, state = self._ahead(moment, queued, begin)
+            planned = self.planner.plan(state, target, going)
             aim = Aim(planned.law.target, planned, begin, tag)
             with self._lock:
-                unchanged = self._moment.following is moment.following
-                taken = (unchanged and self._moment.t < begin) or not left
-                if taken:
-                    passed, self._next = self._next, aim
-            if taken:
-                if passed is not None:  # before the arm had turned to it
-                    self.on_end(Arrival(passed, moment.t, self._error_now(passed), arrived=False))
-                return aim
-            lead *= 2.0  # planning took longer than that, or the arm has turned meanwhile
-        raise AssertionError("unreachable")
+                late = self._moment.t >= begin
+                if not late or not left:
+                    passed = self._put_in(aim)
+                    break
+            self._lead = min(2.0 * self._lead, LONGEST_LEAD_S)  # planning took longer than that
+        self._lead = max(0.9 * self._lead, LEAD_S)
+        for other in passed:
+            self.on_end(Arrival(other, moment.t, self._error_now(other), arrived=False))
+        return aim
 
-    def _ahead(self, moment: _Moment, begin: float) -> State:
-        """State in which the arm will be if nothing happens until then."""
-        state, following = moment.state.copy(), moment.following
+    def _put_in(self, aim: Aim) -> list[Aim]:
+        """Queue an aim behind those that begin earlier; returns the others."""
+        passed = [other for other in self._next if other.begin >= aim.begin]
+        self._next = deque(other for other in self._next if other.begin < aim.begin)
+        self._next.append(aim)
+        return passed
+
+    def _ahead(
+        self, moment: _Moment, queued: tuple[Aim, ...], begin: float
+    ) -> tuple[Going | None, State]:
+        """What the arm will follow, and in which state, if nothing else happens until then."""
+        t, following, state = moment.t, moment.following, moment.state.copy()
+        for aim in queued:
+            if aim.begin < begin:
+                turn = max(t, aim.begin)
+                self._play(following, state, t, turn)
+                following = _Following(aim, self._begun(aim, state), turn)
+                t = turn
+        self._play(following, state, t, begin)
         if following is None:
-            return state
-        span = begin - moment.t
-        steps = max(1, int(np.ceil(span / STEP_S - 1e-6)))
+            return None, state
+        return Going(following.aim.planned, begin - following.since), state
+
+    def _play(self, following: _Following | None, state: State, t: float, until: float) -> None:
+        if following is None or until <= t:
+            return
+        steps = max(1, int(np.ceil((until - t) / STEP_S - 1e-6)))
         follow(
             self._chain,
             self._settings,
@@ -243,14 +266,18 @@ class ReachTracker:
             self._bounds,
             state.sensed[OFF],
             state.moving,
-            moment.t - following.since,
-            span / steps,
+            t - following.since,
+            (until - t) / steps,
             steps,
             -1.0,
             True,
             self._no_path,
         )
-        return state
+
+    def _begun(self, aim: Aim, state: State) -> Law:
+        """Law of an aim as it begins in a state."""
+        law = aim.planned.law
+        return self.planner.begun(law, state) if state.moving[VELOCITY:].any() else law
 
     def setpoint(self, t: float, state: Measured) -> FloatArray | None:
         """Posture for a time of the stream, from what the joints measured last.
@@ -272,7 +299,7 @@ class ReachTracker:
             return np.array(moving[POSTURE])
         following = self._turned(before)
         idle = following is None or following.settled
-        if self._finishing and idle and self._next is None:
+        if self._finishing and idle and not self._next:
             return None
         if following is not None:
             distance, fastest = tick(
@@ -299,17 +326,18 @@ class ReachTracker:
         """Turn to the next target if it is time to."""
         following = before.following
         with self._lock:
-            aim = self._next
-            if aim is None or aim.begin > before.t + 1e-9:
+            aims = []
+            while self._next and self._next[0].begin <= before.t + 1e-9:
+                aims.append(self._next.popleft())
+            if not aims:
                 return following
-            self._next = None
-            law = aim.planned.law
-            if self._state.moving[VELOCITY:].any():
-                law = self.planner.begun(law, self._state)
-            turned = _Following(aim, law, before.t)
+            turned = _Following(aims[-1], self._begun(aims[-1], self._state), before.t)
             self._moment = before._replace(following=turned)
+        for aim in aims[:-1]:  # the host was late for them
+            self.on_end(Arrival(aim, before.t, self._error_now(aim), arrived=False))
         if following is not None and not following.settled:
-            self._end(following, before.t, arrived=False)
+            error = self._error_now(following.aim)
+            self.on_end(Arrival(following.aim, before.t, error, arrived=False))
         return turned
 
     def _look(self, following: _Following, state: Measured, t: float, near: float) -> None:
@@ -320,7 +348,7 @@ class ReachTracker:
         error = self._error(following.aim, state.position)
         if error <= ARRIVED_M or following.near_for >= PATIENCE_S:
             following.settled = True
-            self._end(following, t, arrived=True, error=error)
+            self.on_end(Arrival(following.aim, t, error, arrived=True))
 
     def _error(self, aim: Aim, posture: FloatArray) -> float:
         hand = self.planner.arm.chain.forward(posture).tip
@@ -329,10 +357,3 @@ class ReachTracker:
     def _error_now(self, aim: Aim) -> float:
         """Distance of the hand from a target, as far as it is known, m."""
         return self._error(aim, self._moment.state.seen)
-
-    def _end(
-        self, following: _Following, t: float, *, arrived: bool, error: float | None = None
-    ) -> None:
-        if error is None:
-            error = self._error_now(following.aim)
-        self.on_end(Arrival(following.aim, t, error, arrived))
