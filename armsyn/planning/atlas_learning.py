@@ -25,6 +25,8 @@ Progress = Callable[[str, int, int, str], None]
 
 KINDS = ("linear", "latent", "synergy")
 """What an atlas holds, in the order in which it is learned."""
+FASTEST_STEP = 0.1
+"""rad in a hundredth of a reach: 10 rad/s in one of a second; people stay below 8."""
 REPEATS = "hug_mp:S01,hug_mp:S02,hug_mp:S03,hug_mp:S04"
 """Two repeats of each of seven targets by four people."""
 
@@ -71,7 +73,9 @@ def learn_atlas(
         Fewer than eight captures can be used, or their targets lie in one plane.
     """
     usable, left_out = _usable(arm, captures)
-    examples = _on_arm(arm, usable, "put on the arm", on_progress)
+    examples, swinging = _without_swings(_on_arm(arm, usable, "put on the arm", on_progress))
+    left_out |= swinging
+    usable = [capture for capture in usable if capture.name not in swinging]
     likeness = likeness_of(
         arm, usable, lambda done, total: on_progress("compared", done, total, "")
     )
@@ -107,6 +111,21 @@ def _on_arm(
     )
 
 
+def _without_swings(examples: Examples) -> tuple[Examples, dict[str, str]]:
+    """Leave out reaches in which a joint turns faster than people turn any of theirs."""
+    steps = np.abs(np.diff(examples.angles, axis=1)).max(axis=1)
+    fastest = steps.argmax(axis=1)
+    kept = steps.max(axis=1) <= FASTEST_STEP
+    if not kept.any():
+        raise CaptureError("no captured reach can be followed without swinging a joint")
+    reasons = {
+        examples.names[row]: f"swings {examples.chain.names[fastest[row]]} by"
+        f" {steps[row].max():.2f} rad in a hundredth of the reach: it passes near a singularity"
+        for row in np.flatnonzero(~kept)
+    }
+    return examples.only(kept), reasons
+
+
 def _spread(
     arm: ArmDescription, selection: str, examples: Examples, repeats: str, on_progress: Progress
 ) -> Repeats:
@@ -117,7 +136,7 @@ def _spread(
         pass  # one reach a place, as of garza
     try:
         captures, _ = _usable(arm, [_with_wrist(arm, one) for one in load_captures(repeats)])
-        others = _on_arm(arm, captures, "repeats put on the arm", on_progress)
+        others, _ = _without_swings(_on_arm(arm, captures, "repeats put on the arm", on_progress))
         return Repeats(repeats, learn_variability(others, learn_linear(others)), "")
     except CaptureError as error:
         return Repeats("", None, f"no spread between repeats: {error}")
