@@ -14,8 +14,8 @@ from armsyn.errors import CaptureError
 from armsyn.kinematics import SerialChain
 from armsyn.motion import Motion
 from armsyn.motion.captures import Capture, load_captures
-from armsyn.motion.filtering import hand_speed
-from armsyn.motion.resample import interpolate
+from armsyn.motion.filtering import LOWEST_RATE, hand_speed, low_pass
+from armsyn.motion.resample import interpolate, uniform_times
 from armsyn.motion.retargeting import retarget
 from armsyn.motion.segmentation import movement_times
 from armsyn.planning.continuous import continuous_postures
@@ -119,7 +119,10 @@ def examples_of_people(subject: str, cut: Cut = "movement") -> Examples:
     captures = load_captures(f"hug_mp:{subject}:all")
 
     def own(capture: Capture, first: float, last: float) -> FloatArray:
-        return _over_phase(capture.motion, capture.motion.angles, first, last)
+        motion = capture.motion
+        if motion.angles is None:
+            raise CaptureError(f"{capture.name}: no joint angles to learn from")
+        return _over_phase((motion.time, motion.angles), first, last)
 
     return _examples(chain, captures, own, cut)
 
@@ -132,8 +135,9 @@ def examples_on_arm(
 ) -> Examples:
     """Put captured reaches on an arm by their landmarks.
 
-    Landmarks are laid on the arm's own links (`armsyn.motion.retargeting.on_arm`), then whole
-    motions of its joints are fitted to them (`armsyn.planning.continuous`).
+    Landmarks are laid on the arm's own links (`armsyn.motion.retargeting.on_arm`) and filtered, for
+    captures of 30 Hz have corners at every frame; then whole motions of the arm's joints are fitted
+    to them (`armsyn.planning.continuous`).
 
     Parameters
     ----------
@@ -157,7 +161,7 @@ def examples_on_arm(
 
     def fitted(capture: Capture, first: float, last: float) -> FloatArray:
         motion = retarget(capture.motion, arm, is_return=capture.kind == "return")
-        landmarks = _over_phase(motion, motion.landmarks, first, last)
+        landmarks = _over_phase(_filtered(motion), first, last)
         angles = continuous_postures(arm.chain, arm.landmark_frames, landmarks, arm.rest)
         on_progress(next(done), len(captures))
         return angles
@@ -197,8 +201,14 @@ def _span(motion: Motion, cut: Cut) -> tuple[float, float]:
     return max(onset, first), min(offset, last)
 
 
-def _over_phase(motion: Motion, values: FloatArray | None, first: float, last: float) -> FloatArray:
-    """Return values of a motion, shape (frames, ...), at the phases of a part of it."""
-    if values is None:
-        raise CaptureError(f"{motion.source}: nothing captured to learn from")
-    return interpolate(motion.time, values, first + PHASE * (last - first))
+def _filtered(motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Return even times, s, and the landmarks then, low-passed as hands are for their speed."""
+    assert motion.landmarks is not None  # noqa: S101 - retarget gives them
+    rate = max(motion.rate, LOWEST_RATE)
+    time = uniform_times(float(motion.time[0]), float(motion.time[-1]), rate)
+    return time, low_pass(interpolate(motion.time, motion.landmarks, time), rate)
+
+
+def _over_phase(track: tuple[FloatArray, FloatArray], first: float, last: float) -> FloatArray:
+    """Return values at times, each (frames, ...), at the phases of a part of them."""
+    return interpolate(*track, first + PHASE * (last - first))
