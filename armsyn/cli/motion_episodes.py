@@ -55,6 +55,8 @@ def _episode(take: Take, task: str, change: Callable[[Motion], Motion]) -> Episo
     path, _ = split_take(take.name)
     motion, suffix = take.motion, path.suffix.lower()
     changed = change(motion)
+    if suffix == ".parquet":
+        return _in_table(path, take, changed, task)
     if motion.angles is not None:
         if suffix == ".npz" and _is_recording(path):
             return _recorded(path, motion, changed, task)
@@ -62,10 +64,25 @@ def _episode(take: Take, task: str, change: Callable[[Motion], Motion]) -> Episo
             recorded = _recorded_in_csv(path, motion, changed, task)
             if recorded is not None:
                 return recorded
-    planned = motion.source.startswith(_PLANNED) or take.facts.get("kind") == "planned"
-    facts = {name: value for name, value in take.facts.items() if name not in ("kind", "task")}
-    said = task or take.facts.get("task", "")
-    return Episode(changed, "planned" if planned else "motion", said, facts=facts)
+    planned = motion.source.startswith(_PLANNED)
+    return Episode(changed, "planned" if planned else "motion", task, facts=take.facts)
+
+
+def _in_table(path: Path, take: Take, changed: Motion, task: str) -> Episode:
+    import dataclasses
+
+    from armsyn.motion.formats.parquet_read import read_episode
+
+    found = read_episode(path, take.facts["episode"])
+    motion = take.motion
+    return dataclasses.replace(
+        found,
+        motion=changed,
+        task=task or found.task,
+        commanded=None if found.commanded is None else _at(motion, found.commanded, changed),
+        velocity=None if found.velocity is None else _at(motion, found.velocity, changed),
+        rate_hz=found.rate_hz if changed is motion else None,
+    )
 
 
 def _is_recording(path: Path) -> bool:

@@ -187,6 +187,12 @@ def test_a_table_of_a_recording_and_back(files: Path) -> None:
     said(files / "a.parquet", files / "back.npz")
     said(files / "driven.npz", files / "same.npz")
     assert (files / "back.npz").read_bytes() == (files / "same.npz").read_bytes()
+    said(files / "a.parquet", files / "again.parquet")
+    assert (files / "again.parquet").read_bytes() == (files / "a.parquet").read_bytes()
+    said(files / "a.parquet", files / "a.mcap", "--resample", 50, "--task", "wave")
+    facts, told, measured = states(files / "a.mcap")
+    assert (facts["kind"], facts["port"], facts["task"]) == ("recorded", "/dev/pts/7", "wave")
+    np.testing.assert_allclose(np.subtract(told, measured), 0.01, atol=1e-9)
 
 
 def test_changes_reach_what_was_commanded(files: Path) -> None:

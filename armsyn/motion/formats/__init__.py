@@ -26,6 +26,7 @@ from armsyn.motion.formats import (
     npz_bodies,
     npz_format,
     parquet_format,
+    parquet_read,
     trc,
 )
 from armsyn.motion.formats.archive import opened
@@ -102,9 +103,9 @@ FORMATS: dict[str, Format] = {
         takes=npz_bodies.takes,
     ),
     ".parquet": Format(
-        *("parquet table", parquet_format.read),
+        *("parquet table", parquet_read.read),
         write=parquet_format.write,
-        takes=parquet_format.takes,
+        takes=parquet_read.takes,
     ),
     ".trc": Format("TRC", trc.read, _EDGE, write=trc.write),
     ".tsv": Format("delimited text", delimited.read, _TABLE),

@@ -1,5 +1,6 @@
 """Parquet tables, by pandas and by our own reader."""
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from armsyn.motion import Motion
 from armsyn.motion.formats import (
     Episode,
     parquet_format,
+    parquet_read,
     read_file,
     read_motion,
     takes_in,
@@ -112,6 +114,37 @@ def test_the_same_episodes_are_the_same_bytes(tmp_path: Path) -> None:
     for name in ("a", "b"):
         write_episodes(tmp_path / f"{name}.parquet", [plan(0), plan(1)])
     assert (tmp_path / "a.parquet").read_bytes() == (tmp_path / "b.parquet").read_bytes()
+
+
+def test_episodes_read_back_with_all_that_was_said(tmp_path: Path) -> None:
+    episodes = [dataclasses.replace(recording(number), rate_hz=50.0) for number in range(2)]
+    write_episodes(tmp_path / "a.parquet", episodes)
+    for number, expected in enumerate(episodes):
+        found = parquet_read.read_episode(tmp_path / "a.parquet", str(number))
+        assert (found.kind, found.task, found.rate_hz) == ("recorded", expected.task, 50.0)
+        assert found.facts == expected.facts
+        np.testing.assert_array_equal(found.action, expected.action)
+        np.testing.assert_array_equal(np.asarray(found.velocity), np.asarray(expected.velocity))
+    again = (parquet_read.read_episode(tmp_path / "a.parquet", str(k)) for k in range(2))
+    write_episodes(tmp_path / "b.parquet", again)
+    assert (tmp_path / "a.parquet").read_bytes() == (tmp_path / "b.parquet").read_bytes()
+
+
+def test_tables_that_contradict_themselves_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    write_episodes(path, plan())
+    table = pd.read_parquet(path)
+    for changes, match in (
+        ({"kind": "recorded"}, "episode 0: motion 0: what was commanded goes with kind 'recorded'"),
+        ({"kind": "dreamt"}, "episode 0: kind 'dreamt', expected one of planned, "),
+        ({"facts": "{"}, "episode 0: 'facts' is no JSON"),
+        ({"facts": "[1]"}, "episode 0: 'facts' is no JSON object"),
+    ):
+        table.assign(**changes).to_parquet(path)
+        with pytest.raises(FormatError, match=match):
+            read_motion(path)
+    table.drop(columns=["kind", "task", "source", "facts"]).to_parquet(path)
+    assert read_file(path).facts == {"episode": "0", "kind": "motion"}
 
 
 def test_a_single_motion_needs_no_name(tmp_path: Path) -> None:
