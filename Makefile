@@ -55,13 +55,16 @@ reaches: $(VENV)/.run  ## twenty random targets on the simulated arm, with and w
 
 GARZA := --captures garza:all --learner annealing --generations 150 \
 	--model C --model A --model B --model D --ik svd --ik jt --ik njt --ik dls
-learn: $(VENV)/.run  ## learn the arms' synergies anew (needs the captures; half an hour)
+learn: $(VENV)/.run  ## learn the arms' synergies and atlases anew (needs the captures; an hour)
 	$(BIN)/armsyn learn --arm human7 $(GARZA) --out calibration/human7.synergies.json
 	$(BIN)/armsyn learn --arm openmanipulator_x $(GARZA) --out calibration/openmanipulator_x.synergies.json
 	$(BIN)/armsyn learn --arm koch $(GARZA) --out calibration/koch.synergies.json
 	@for arm in widowx_250s viperx_300s reachy_right; do \
 		$(BIN)/armsyn learn --arm $$arm --captures garza:all --learner annealing --generations 150 --model C --model A \
 			--ik svd --ik dls --out calibration/$$arm.synergies.json || exit 1; done
+	@for arm in human7 widowx_250s viperx_300s openmanipulator_x koch; do \
+		$(BIN)/armsyn learn --atlas --arm $$arm --captures garza:all \
+			--out calibration/$$arm.atlas.json || exit 1; done
 
 clean:  ## remove what make made
 	rm -rf $(VENV) out
