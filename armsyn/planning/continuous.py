@@ -16,9 +16,9 @@ from armsyn.motion.resample import interpolate
 
 FloatArray = NDArray[np.float64]
 
-SMOOTHNESS_M = 0.5
+SMOOTHNESS_M = 2.0
 """Metres of misfit that one radian of second difference over phases weighs: a reach of a radian
-has 6e-4 there (0.3 mm), a swing of half a radian in five phases a hundred times as much."""
+has 6e-4 there (1.2 mm), a swing of half a radian in five phases a hundred times as much."""
 _LIMIT_M = 3.0
 """The same of one radian beyond a limit."""
 REST_M = 0.003
@@ -36,7 +36,7 @@ _EVERY = 10
 def continuous_postures(
     chain: SerialChain, rows: tuple[int, ...], landmarks: FloatArray, rest: FloatArray
 ) -> FloatArray:
-    """Fit a motion that no frame's posture is far off from in the next.
+    """Fit a motion in which no joint swings from one frame to the next.
 
     Parameters
     ----------
