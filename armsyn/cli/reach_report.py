@@ -154,6 +154,7 @@ def _leg(
         "planned_time_s": planned.trajectory.duration,
         "planned_error_m": planned.error_m,
         "swivel_m": planned.swivel_m,
+        "evened": planned.evened,
         "refused": planned.refused or None,
         "orientation": _asked(planned.orientation),
         "orientation_error_rad": None,

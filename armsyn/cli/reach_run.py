@@ -170,9 +170,11 @@ def _tell(place: str, planned: PlannedReach) -> None:
             f"{place} lies {planned.outside_m * 100:.1f} cm outside the captured workspace",
             err=True,
         )
+    other = []
     if planned.swivel_m is not None:
-        click.echo(
-            f"with the elbow {planned.swivel_m * 100:.0f} cm from where it would end, for otherwise"
-            f" {planned.refused}",
-            err=True,
-        )
+        other.append(f"with the elbow {planned.swivel_m * 100:.0f} cm from where it would end")
+    if planned.evened:
+        other.append("with every joint by minimum jerk")
+    if other:
+        why = planned.refused.split(": ")[0]
+        click.echo(f"{' and '.join(other)}, for as predicted {why}", err=True)

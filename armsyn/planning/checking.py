@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import InputError, LimitError, UnreachableError
-from armsyn.ik import solve_ik
+from armsyn.ik import IkResult, solve_ik
 
 FloatArray = NDArray[np.float64]
 
@@ -73,10 +73,8 @@ def checked_rate(rate_hz: float) -> float:
     return rate_hz
 
 
-def out_of_reach(
-    arm: ArmDescription, start: FloatArray, goal: FloatArray
-) -> UnreachableError | None:
-    """Refuse a target that no posture found reaches.
+def reached_from(arm: ArmDescription, start: FloatArray, goal: FloatArray) -> IkResult:
+    """Look for a posture at a target, from a start and then from random ones.
 
     Parameters
     ----------
@@ -88,12 +86,35 @@ def out_of_reach(
 
     Returns
     -------
-    UnreachableError or None
-        How near the hand comes, and what may be wrong; None for a target within reach.
+    IkResult
     """
-    best = solve_ik(arm.chain, goal, start, restarts=20, tolerance=0.5 * TOLERANCE_M)
-    if best.success:
-        return None
+    return solve_ik(arm.chain, goal, start, restarts=20, tolerance=0.5 * TOLERANCE_M)
+
+
+def out_of_reach(
+    arm: ArmDescription, start: FloatArray, goal: FloatArray
+) -> UnreachableError | None:
+    """Return the refusal of a target that no posture found reaches; None for one within reach."""
+    best = reached_from(arm, start, goal)
+    return None if best.success else too_far(arm, goal, best)
+
+
+def too_far(arm: ArmDescription, goal: FloatArray, best: IkResult) -> UnreachableError:
+    """Return the refusal of a target that no posture found reaches.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    goal : array, shape (3,)
+        m, base frame.
+    best : IkResult
+        The nearest that was found.
+
+    Returns
+    -------
+    UnreachableError
+        How near the hand comes, and what may be wrong.
+    """
     return UnreachableError(
         f"target {where(goal)} cannot be reached by {arm.name}: its hand stays"
         f" {best.position_error:.3f} m away; {_advice(arm, goal)}",

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError, UnreachableError
-from armsyn.planning.checking import TOLERANCE_M, out_of_reach, where
+from armsyn.planning.checking import TOLERANCE_M, reached_from, too_far, where
 from armsyn.planning.posing import HandTask, settled
 
 FloatArray = NDArray[np.float64]
@@ -48,16 +48,16 @@ def end_posture(
         distance, angle = task.errors(chain, found)
         if fulfilled(task, distance, angle):
             return found
+        # what of the orientation is left once the position comes first
+        found = settled(chain, HandTask(task.goal), found)
+        distance, angle = task.errors(chain, found)
         if distance <= TOLERANCE_M and angle < nearest:
             best, nearest = found, angle
-    if refused := out_of_reach(arm, start, task.goal):
-        raise refused
+    anywhere = reached_from(arm, start, task.goal)
+    if not anywhere.success:
+        raise too_far(arm, task.goal, anywhere)
     if task.orientation is None:
-        raise UnreachableError(
-            f"target {where(task.goal)} is within reach of {arm.name}, but no posture like the"
-            " predicted one is at it: go by way of another target",
-            task.errors(chain, settled(chain, task, predicted))[0],
-        )
+        return anywhere.posture
     raise _wrongly_turned(arm, task, best, nearest)
 
 
@@ -67,16 +67,18 @@ def fulfilled(task: HandTask, distance: float, angle: float) -> bool:
     return distance <= TOLERANCE_M and turned
 
 
-def freedom(arm: ArmDescription, posture: FloatArray) -> int:
-    """How many angles of its hand an arm can change while the hand stays where it is, 0 to 3.
+def freedom(arm: ArmDescription, task: HandTask, posture: FloatArray) -> int:
+    """How many angles of a wanted orientation an arm can change while its hand stays, 0 to 3.
 
     Parameters
     ----------
     arm : ArmDescription
+    task : HandTask
+        With an orientation.
     posture : array, shape (n,)
         rad or m; limits do not count.
     """
-    jacobian = arm.chain.jacobian(posture, pose=True)
+    _, jacobian = task.left(arm.chain, posture)
     _, sizes, rows = np.linalg.svd(jacobian[:3])
     still = rows[int(np.count_nonzero(sizes > _FREE * arm.chain.reach)) :]
     if not still.shape[0]:
@@ -99,7 +101,7 @@ def _wrongly_turned(
     arm: ArmDescription, task: HandTask, best: FloatArray, angle: float
 ) -> RefusedMotionError:
     assert task.orientation is not None  # noqa: S101 - asked by who has one
-    wanted, left = task.orientation.angles, freedom(arm, best)
+    wanted, left = task.orientation.angles, freedom(arm, task, best)
     miss = "is turned as asked for in no posture that was found"
     if np.isfinite(angle):
         miss = f"comes no nearer than {np.degrees(angle):.0f} degrees to what is asked for"

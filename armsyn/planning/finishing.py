@@ -1,8 +1,8 @@
 """Make a predicted motion one that an arm may follow, or say why it may not.
 
-What is predicted is brought to its end, bent into the joints' ranges and slowed; if it then touches
-something, or a limit does not hold, it is tried again with the elbow elsewhere at its end, before
-it is refused.
+What is predicted is brought to its end, bent into the joints' ranges and slowed. If its hand then
+speeds up more than once, every joint goes its way by minimum jerk instead; if it touches something,
+or a limit does not hold, it is tried again with the elbow elsewhere at its end; and then refused.
 """
 
 from __future__ import annotations
@@ -16,8 +16,11 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
 from armsyn.kernels.reaches import ALLOWED
+from armsyn.motion.filtering import hand_speed
+from armsyn.motion.peaks import count_peaks
 from armsyn.planning.bending import keeping_hand, leaves_range, to_end, within_ranges
 from armsyn.planning.end_posture import end_posture, fulfilled
+from armsyn.planning.ending import EASE
 from armsyn.planning.generation.judging import judge
 from armsyn.planning.generation.pacing import pace
 from armsyn.planning.planned import PlannedReach, trajectory_of
@@ -44,20 +47,23 @@ class Finished(NamedTuple):
         kappa.
     swivel_m : float or None
         By how much the elbow ends elsewhere, m; None for the motion as predicted.
+    evened : bool
+        Whether every joint goes by minimum jerk instead of as predicted.
     refused : str
-        Why that one was, if it was.
+        Why the predicted motion was, if it was.
     """
 
     angles: FloatArray
     time_scale: float
     swivel_m: float | None = None
+    evened: bool = False
     refused: str = ""
 
 
 def finished(
     arm: ArmDescription, angles: FloatArray, duration: float, task: HandTask, rate_hz: float
 ) -> Finished:
-    """Bend, slow and check a predicted motion; try other swivels before it is refused.
+    """Bend, slow and check a predicted motion; try other ways before it is refused.
 
     Parameters
     ----------
@@ -78,26 +84,46 @@ def finished(
     ------
     UnreachableError
         The hand cannot come within `TOLERANCE_M` of its target, or be turned as asked.
-    LimitError, CollisionError
-        No way of those tried holds the limits and touches nothing; of the first.
+    LimitError, CollisionError, UnevenError
+        No way of those tried holds the limits, touches nothing and speeds up once; of the first.
     """
     angles = _brought_to_end(arm, angles, task)
     try:
-        return _checked(arm, angles, duration, rate_hz)
+        return checked(arm, angles, duration, rate_hz)
     except RefusedMotionError as error:
         refused = error
     tried = 0
-    for swivel in swivels(arm.chain, task, angles[-1]):
-        tried += 1
-        for way in _ways(arm, angles, swivel.posture):
-            try:
-                done = _checked(arm, way, duration, rate_hz)
-            except RefusedMotionError:  # the first refusal is the one that is told
-                continue
-            return done._replace(swivel_m=swivel.moved_m, refused=str(refused))
+    for way in _other_ways(arm, angles, task, uneven=isinstance(refused, UnevenError)):
+        tried += way.evened is False
+        try:
+            done = checked(arm, way.angles, duration, rate_hz)
+        except RefusedMotionError:  # the first refusal is the one that is told
+            continue
+        return done._replace(swivel_m=way.swivel_m, evened=way.evened, refused=str(refused))
     if tried:
-        refused.add(f"{tried} other swivels of the arm were tried, too")
+        refused.add("other swivels of the arm were tried, too")
     raise refused
+
+
+def _other_ways(
+    arm: ArmDescription, angles: FloatArray, task: HandTask, *, uneven: bool
+) -> Iterator[Finished]:
+    """What else may serve, as predictions over phase; the one that is likeliest to first."""
+    here = Finished(_evened(angles[0], angles[-1]), 1.0, evened=True)
+    if uneven:
+        yield here
+    for swivel in swivels(arm.chain, task, angles[-1]):
+        for way in _ways(arm, angles, swivel.posture):
+            yield Finished(way, 1.0, swivel.moved_m)
+        even = _evened(angles[0], swivel.posture)
+        yield Finished(even, 1.0, swivel.moved_m, evened=True)
+    if not uneven:
+        yield here
+
+
+def _evened(start: FloatArray, end: FloatArray) -> FloatArray:
+    """Every joint by minimum jerk."""
+    return np.asarray(start + EASE[:, None] * (end - start))
 
 
 def reach_of(
@@ -140,6 +166,7 @@ def reach_of(
         distance,
         outside_m,
         done.swivel_m,
+        done.evened,
         done.refused,
         orientation=task.orientation,
         orientation_error=angle,
@@ -167,8 +194,29 @@ def _ways(arm: ArmDescription, angles: FloatArray, end: FloatArray) -> Iterator[
     yield elsewhere
 
 
-def _checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: float) -> Finished:
-    """Bend a motion into the ranges, slow it, and refuse it if that fails or if it touches."""
+def checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: float) -> Finished:
+    """Bend a motion into the ranges, slow it, and refuse it if that fails or if it touches.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    angles : array, shape (phases, n)
+        rad or m; the first and the last row within the limits.
+    duration : float
+        s.
+    rate_hz : float
+
+    Returns
+    -------
+    Finished
+
+    Raises
+    ------
+    LimitError, CollisionError
+        In the words of `armsyn.safety.check_trajectory`.
+    UnevenError
+        The hand's speed has more than one peak.
+    """
     bent = within_ranges(arm.chain, angles)
     if outside := leaves_range(arm.chain, bent):
         raise outside
@@ -181,4 +229,47 @@ def _checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: 
         samples += swing
     if judge(arm, paced).kinds[0] != ALLOWED:  # said in the driver's own words
         check_trajectory(trajectory_of(arm, samples, rate_hz, "the reach"), arm)
+    if uneven := uneven_speed(arm, samples, rate_hz):
+        raise uneven
     return Finished(samples, scale)
+
+
+def uneven_speed(arm: ArmDescription, samples: FloatArray, rate_hz: float) -> UnevenError | None:
+    """Return the refusal of a motion whose hand speeds up more than once; None for a bell.
+
+    Peaks are those of `armsyn.scoring`: of the speed as it is, or else filtered as there.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    samples : array, shape (frames, n)
+        rad or m, at `rate_hz`.
+    rate_hz : float
+    """
+    hand = tips(arm.chain, samples)
+    speed = np.linalg.norm(np.diff(hand, axis=0), axis=1) * rate_hz
+    if not speed.size or count_peaks(speed, rate_hz) <= 1:
+        return None
+    profile = hand_speed(np.arange(len(hand)) / rate_hz, hand)
+    peaks = count_peaks(profile.speed, profile.rate)
+    if peaks <= 1:
+        return None
+    return UnevenError(
+        f"the hand would speed up {peaks} times on its way: go by way of another target", peaks
+    )
+
+
+class UnevenError(RefusedMotionError):
+    """A reach whose hand would speed up more than once.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    peaks : int
+        Of the hand's speed.
+    """
+
+    def __init__(self, message: str, peaks: int) -> None:
+        super().__init__(message)
+        self.peaks = peaks

@@ -42,8 +42,11 @@ class PlannedReach:
         captured is known.
     swivel_m : float or None
         By how much another swivel moves the arm (its elbow) at the end, m; None for the first.
+    evened : bool
+        Whether every joint goes by minimum jerk, for as predicted the hand would speed up more than
+        once, or no way was free.
     refused : str
-        Why that first one was, if it was.
+        Why the motion as predicted was, if it was.
     learned : LearnedReach or None
         The nearest captured reach; of ``synergy`` the one whose synergy it uses.
     synergy : SynergySet or None
@@ -64,6 +67,7 @@ class PlannedReach:
     error_m: float
     outside_m: float | None = None
     swivel_m: float | None = None
+    evened: bool = False
     refused: str = ""
     learned: LearnedReach | None = None
     synergy: SynergySet | None = None

@@ -24,6 +24,8 @@ DEFAULT_TOLERANCE = float(np.radians(2.0))
 _DAMPING = 1e-3
 _LARGEST_STEP = 0.3
 _STEPS = 100
+_PROGRESS, _PATIENCE = 0.995, 8
+"""Steps that bring less than that count as none; after so many of them there is nothing to come."""
 _CLOSE = 1e-5
 """m (with turns weighed by a third of the reach) that are there."""
 
@@ -187,14 +189,16 @@ def settled(
     """
     scale = np.concatenate([np.ones(3), np.full(3, 0.3 * chain.reach)])
     q = np.clip(near, chain.lower, chain.upper)
-    best, least = q, np.inf
+    best, least, stale = q, np.inf, 0
     for _ in range(steps):
         left, jacobian = task.left(chain, q)
         rows = scale[: left.size]
         left, jacobian = left * rows, jacobian * rows[:, None]
-        if (miss := float(np.linalg.norm(left))) < least:
+        miss = float(np.linalg.norm(left))
+        stale = 0 if miss < _PROGRESS * least else stale + 1
+        if miss < least:
             best, least = q, miss
-        if miss < _CLOSE:
+        if miss < _CLOSE or stale > _PATIENCE:
             break
         q = np.clip(q + _step(chain, q, left, jacobian), chain.lower, chain.upper)
     return best

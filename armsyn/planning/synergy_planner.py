@@ -26,7 +26,7 @@ from armsyn.planning.checking import (
     where,
 )
 from armsyn.planning.examples import PHASES
-from armsyn.planning.finishing import Finished, finished, reach_of
+from armsyn.planning.finishing import Finished, finished, reach_of, uneven_speed
 from armsyn.planning.nearest import NearestReaches
 from armsyn.planning.planned import PlannedReach
 from armsyn.planning.posing import HandOrientation, HandTask
@@ -172,6 +172,8 @@ class SynergyPlanner:
             raise self._why_not(start, task.goal, rolled)
         if collision := check_collision(rolled.angles, self.arm, leaving=True):
             raise collision
+        if uneven := uneven_speed(self.arm, rolled.angles, rate_hz):
+            raise uneven
         return Finished(rolled.angles, scale)
 
     def _planned(
