@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -26,6 +27,11 @@ from armsyn.motion.body import BodyMotion
 KEY_FRAME, LATENT_PATH, JOINT_PATH = "LPIK key-frame", "LPIK key-trajectory", "PIK key-trajectory"
 OPTIONS = SolverOptions(tolerance=1e-5)
 """Of every method: the same tolerance, m, and at most 100 iterations a frame, as in the paper."""
+
+
+def as_in_paper(xi: float) -> SolverOptions:
+    """Return the paper's settings: its damping, centimetres, components that are not whitened."""
+    return dataclasses.replace(SolverOptions.paper(xi), tolerance=OPTIONS.tolerance)
 
 
 class Likeness(NamedTuple):
@@ -109,6 +115,7 @@ def compare(
     keys: Sequence[Constraint],
     paths: Sequence[Constraint],
     repeats: int,
+    options: SolverOptions = OPTIONS,
 ) -> list[Method]:
     """Make one edit by LPIK with a key-frame and with a path, and by joint-space PIK with the path.
 
@@ -120,15 +127,17 @@ def compare(
         The same goal as key-frames and as key-trajectories.
     repeats : int
         Runs that are timed.
+    options : SolverOptions
+        Of every method.
 
     Returns
     -------
     list of Method
     """
     ways: dict[str, Callable[[], EditResult]] = {
-        KEY_FRAME: lambda: Editor(clip, model, OPTIONS).edit(keys, force=True),
-        LATENT_PATH: lambda: Editor(clip, model, OPTIONS).edit(paths, force=True),
-        JOINT_PATH: lambda: edit_in_joint_space(clip, model.figure, paths, OPTIONS),
+        KEY_FRAME: lambda: Editor(clip, model, options).edit(keys, force=True),
+        LATENT_PATH: lambda: Editor(clip, model, options).edit(paths, force=True),
+        JOINT_PATH: lambda: edit_in_joint_space(clip, model.figure, paths, options),
     }
     before, found = likeness(clip, model), []
     for name, way in ways.items():

@@ -319,6 +319,7 @@ def hand(path: Path) -> np.ndarray:
     return np.asarray(load_arm("koch", calibrated=False).chain.forward(angles[-1]).tip)
 
 
+@pytest.mark.realtime
 def test_a_recorded_episode_goes_five_centimetres_left_and_is_streamed(
     call: Call, tmp_path: Path
 ) -> None:

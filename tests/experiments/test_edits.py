@@ -93,22 +93,52 @@ def test_a_reach_is_edited_from_16_and_34_examples(captures: Path, tmp_path: Pat
     tables: list[Any] = json.loads((tmp_path / "reach-edit.json").read_text())["tables"]
     assert [row["examples"] for row in tables[0]["rows"]] == [16, 34]
     assert all(row["variance"] >= 0.98 for row in tables[0]["rows"])
-    for cost in (tables[1], tables[3]):
+    for cost in (tables[1], tables[3], tables[5]):
         assert all(row["error_m"] < 2e-5 for row in cost["rows"])
-    before, key_frame, _, joint = tables[-1]["rows"]
-    assert joint["time_ratio"] == 1.0
-    assert before["foot_slide_m"] < min(key_frame["foot_slide_m"], joint["foot_slide_m"])
-    assert "slide" in tables[-1]["notes"][1]
+    assert "the paper's xi" in tables[5]["title"]
+    for means in tables[-2:]:
+        before, key_frame, _, joint = means["rows"]
+        assert joint["time_ratio"] == 1.0
+        assert before["foot_slide_m"] < min(key_frame["foot_slide_m"], joint["foot_slide_m"])
+        assert "slide" in means["notes"][1]
     assert (tmp_path / "reach-edit.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_16_examples_are_those_that_end_nearest_to_the_goal(captures: Path) -> None:
+    del captures
+    clips = load_clips("garza")
+    shown = next(clip for clip in clips if clip.source == reach_edit.SHOWN)
+    ends = {clip.source: clip.positions()[-1, clip.skeleton.index("JtWristRt")] for clip in clips}
+    goal = ends[shown.source] + reach_edit.BY
+    learned = reach_edit.learned(clips, shown, 16).names
+    gaps = [np.linalg.norm(ends[name] - goal) for name in ends if name != shown.source]
+    assert max(np.linalg.norm(ends[name] - goal) for name in learned) == sorted(gaps)[15]
+
+
+def test_the_mean_of_reaches_to_all_sides_slides_its_feet_and_examples_do_not(
+    captures: Path,
+) -> None:
+    del captures
+    model = learn_model(load_clips("garza"), frames=50, variance=1.0)
+    tree = model.figure.tree
+    toes = [tree.body(name) for name in ("JtToeRt", "JtToeLf")]
+
+    def slide(poses: np.ndarray) -> float:
+        places = tree.positions(poses)[:, toes, :2]
+        return float(np.linalg.norm(places - places[0], axis=-1).max())
+
+    own = [slide(model.poses(coefficients)) for coefficients in model.examples]
+    assert np.median(own) < 0.01
+    assert slide(model.mean) > 0.03
 
 
 def test_a_jump_is_raised_at_its_apex(captures: Path, tmp_path: Path) -> None:
     del captures
     report = jump.run(Settings("small", 0, 1), tmp_path, silent).as_dict()
     json.dumps(report, allow_nan=False)
-    patterns, cost, _, of_jump, means = (table["rows"] for table in report["tables"])
+    patterns, cost, _, paper, _, of_jump, means = (table["rows"] for table in report["tables"])
     assert (patterns[0]["examples"], patterns[0]["variance"] >= 0.95) == (23, True)
-    assert all(row["error_m"] < 2e-5 for row in cost)
+    assert all(row["error_m"] < 2e-5 for row in (*cost, *paper[::2]))
     before, key_frame, _, joint = of_jump
     # The shown jump's own crouch, by the heights of its root
     shown = next(clip for clip in load_clips("jump") if clip.source == jump.SHOWN)
@@ -140,9 +170,11 @@ def test_a_swing_is_brought_to_a_slope(captures: Path, tmp_path: Path) -> None:
     del captures
     report = golf.run(Settings("small", 0, 1), tmp_path, silent).as_dict()
     json.dumps(report, allow_nan=False)
-    patterns, hit, looks, cost, _, ground, slopes, _ = (table["rows"] for table in report["tables"])
+    patterns, hit, looks, paper, _, cost, _, ground, slopes, _ = (
+        table["rows"] for table in report["tables"]
+    )
     assert patterns[0]["examples"] == 11
-    assert all(row["error_m"] < 2e-5 for row in (*hit[::2], cost[0], cost[2]))
+    assert all(row["error_m"] < 2e-5 for row in (*hit[::2], *paper[::2], cost[0], cost[2]))
     assert looks[1]["largest_coefficient"] < 6.0
     assert cost[0]["time_ratio"] > cost[1]["time_ratio"]
     assert [row["method"] for row in ground] == [
