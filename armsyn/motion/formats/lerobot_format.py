@@ -182,7 +182,9 @@ class _Scale:
         self.ranges = {name: list(map(float, ranges[name])) for name in self.joints}
 
     def __call__(self, values: FloatArray) -> NDArray[np.float32]:
-        return np.asarray((values - self._zero) * self._factor, dtype=np.float32)
+        """Return values in the dataset's units; infinite where single precision ends."""
+        with np.errstate(over="ignore"):
+            return np.asarray((values - self._zero) * self._factor, dtype=np.float32)
 
 
 class _Dataset:
@@ -214,6 +216,11 @@ class _Dataset:
             "index": np.arange(self._frames, self._frames + count),
             "task_index": np.full(count, self._tasks.setdefault(task, len(self._tasks))),
         }
+        for name in ("action", "observation.state"):
+            if not np.isfinite(columns[name]).all():
+                raise FormatError(
+                    f"{episode.source or 'motion'}: {name} is too large for single precision"
+                )
         stats = stats_of(columns)
         self._tables.add(columns, stats, task, episode)
         self._stats.add(stats)

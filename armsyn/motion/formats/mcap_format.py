@@ -37,6 +37,8 @@ from armsyn.motion.formats.files import folder_beside
 TRAJECTORY, STATES, EPISODE = "/joint_trajectory", "/joint_states", "/episode"
 BETWEEN_S = 1
 """s; between the last frame of an episode and the first of the next."""
+LONGEST_S = 2**31 - 1
+"""s; a header's seconds are a signed 32-bit number."""
 _TYPES = {
     TRAJECTORY: "trajectory_msgs/msg/JointTrajectory",
     STATES: "sensor_msgs/msg/JointState",
@@ -104,6 +106,11 @@ class _Topics:
     def write(self, episode: Episode) -> None:
         """Write one episode after those before."""
         motion = episode.motion
+        if self._start / _NANO + motion.duration > LONGEST_S:
+            raise FormatError(
+                f"{episode.source or 'motion'}: ends {motion.duration:g} s after it begins: ROS 2's"
+                f" stamps hold {LONGEST_S} s in one file"
+            )
         since = np.rint((motion.time - motion.time[0]) * _NANO).astype(np.int64)
         said = {"episode": self._number, **episode.description(), "frames": motion.frames}
         text = self._serialised(EPISODE, data=json.dumps(said, ensure_ascii=False))

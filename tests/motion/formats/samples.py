@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import resource
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
@@ -47,6 +48,12 @@ def recording(number: int = 0, frames: int = 30) -> Episode:
         velocity=np.cos(measured.angles),
         facts={"arm": "koch", "port": "/dev/pts/7", "simulated": "yes"},
     )
+
+
+def contents(path: Path) -> dict[str, bytes]:
+    """Bytes of a file, or of all files of a folder, by name."""
+    files = [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file())
+    return {str(file.relative_to(path.parent)): file.read_bytes() for file in files}
 
 
 @contextlib.contextmanager

@@ -3,22 +3,20 @@
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 from armsyn.errors import FormatError, InputError
 from armsyn.motion import Motion
 from armsyn.motion.formats import EXPORTS, Episode, write_episodes, write_motion
-from tests.motion.formats.samples import full_disk, motion, plan, recording
+from armsyn.motion.motion import LONGEST_STEP, SHORTEST_STEP
+from tests.motion.formats.samples import contents, full_disk, motion, plan, recording
 
 SUFFIXES = sorted(EXPORTS)
-
-
-def contents(path: Path) -> dict[str, bytes]:
-    """Bytes of a file, or of all files of a folder, by name."""
-    files = [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file())
-    return {str(file.relative_to(path.parent)): file.read_bytes() for file in files}
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -139,6 +137,38 @@ def test_any_words_can_be_said(tmp_path: Path, suffix: str) -> None:
     assert "caf? \0 \n 手.npz".encode() in b"".join(contents(tmp_path / f"a{suffix}").values()) or (
         suffix == ".mcap"
     )
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@settings(deadline=None, max_examples=25)
+@given(
+    steps=st.lists(st.floats(SHORTEST_STEP, LONGEST_STEP), min_size=1, max_size=4),
+    start=st.floats(-1e9, 1e9),
+    angles=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=5, max_size=5),
+    kind=st.sampled_from(["planned", "recorded", "observed", "motion"]),
+)
+def test_any_motion_is_written_or_refused_in_one_line(
+    tmp_path_factory: pytest.TempPathFactory,
+    suffix: str,
+    steps: list[float],
+    start: float,
+    angles: list[float],
+    kind: Any,
+) -> None:
+    folder = tmp_path_factory.mktemp("any")
+    time = start + np.concatenate([[0.0], np.cumsum(steps)])
+    try:
+        odd = Motion(time, ("a",), np.array(angles[: time.size])[:, None], source="odd")
+    except FormatError:
+        assume(False)
+    commanded = np.full((time.size, 1), np.nan) if kind == "recorded" else None
+    refusal = ""
+    try:
+        write_episodes(folder / f"a{suffix}", Episode(odd, kind, commanded=commanded))
+    except FormatError as error:
+        refusal = str(error)
+    assert "\n" not in refusal
+    assert [path.name for path in folder.iterdir()] == ([] if refusal else [f"a{suffix}"])
 
 
 def test_other_suffixes_hold_one_motion(tmp_path: Path) -> None:

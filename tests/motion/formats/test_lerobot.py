@@ -19,8 +19,7 @@ from armsyn.motion.formats import (
     write_episodes,
     write_motion,
 )
-from tests.motion.formats.samples import JOINTS, motion, plan, recording
-from tests.motion.formats.test_exports import contents
+from tests.motion.formats.samples import JOINTS, contents, motion, plan, recording
 
 INDICES = ("frame_index", "episode_index", "index", "task_index")
 
@@ -269,6 +268,9 @@ def test_what_is_refused(tmp_path: Path) -> None:
         with pytest.raises(FormatError, match=match) as caught:
             write_episodes(out, episodes, **options)
         assert str(caught.value).startswith(f"{out}: ")
+    huge = Motion(np.arange(5.0), ("a",), np.full((5, 1), 1e300), source="huge")
+    with pytest.raises(FormatError, match="huge: action is too large for single precision"):
+        write_episodes(out, huge)
     with pytest.raises(FormatError, match=r"motion 0: 0\.58 s at 1 Hz are not between 2"):
         write_episodes(out, plan(), fps=1)
     assert not list(tmp_path.iterdir())

@@ -137,3 +137,14 @@ def test_a_motion_without_angles_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="no joint angles in it, only landmarks"):
         write_motion(tmp_path / "a.mcap", landmarks)
     assert not list(tmp_path.iterdir())
+
+
+def test_what_stamps_cannot_say_is_refused(tmp_path: Path) -> None:
+    ages = Motion(np.array([0.0, 9e8, 1.8e9]), ("a",), np.zeros((3, 1)), source="ages")
+    write_motion(tmp_path / "a.mcap", ages)
+    assert messages(tmp_path / "a.mcap")["/joint_states"][-1][0] == 1.8e9
+    with pytest.raises(
+        FormatError, match=r"ages: ends 1\.8e\+09 s after it begins: ROS 2's stamps"
+    ):
+        write_episodes(tmp_path / "b.mcap", [ages, ages])
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
