@@ -16,8 +16,10 @@ from armsyn.planning.atlas import Likeness
 
 FloatArray = NDArray[np.float64]
 
-FRAMES = 6
-"""Of each capture, evenly spaced, first and last included."""
+FRAMES = 3
+"""Of each capture: its first, its middle and its last."""
+FAR_M = 0.01
+"""Residual beyond which another posture to start the fit from is tried."""
 _SEGMENTS = (("shoulder", "elbow"), ("elbow", "wrist"))
 
 
@@ -47,12 +49,12 @@ def likeness_of(
         assert wanted is not None and capture.motion.landmarks is not None  # noqa: S101, PT018
         posture = arm.rest
         for frame in np.linspace(0, len(wanted) - 1, FRAMES).round().astype(int):
-            # far from the last posture there may be a nearer valley than the first one found
-            fits = (
-                fit_posture(arm.chain, arm.landmark_frames, wanted[frame], near)
-                for near in (posture, arm.rest, 0.5 * (arm.chain.lower + arm.chain.upper))
-            )
-            fit = min(fits, key=lambda one: one.residual)
+            fit = fit_posture(arm.chain, arm.landmark_frames, wanted[frame], posture)
+            for near in (arm.rest, 0.5 * (arm.chain.lower + arm.chain.upper)):
+                if fit.residual <= FAR_M:
+                    break
+                again = fit_posture(arm.chain, arm.landmark_frames, wanted[frame], near)
+                fit = min(fit, again, key=lambda one: one.residual)
             posture = fit.posture
             residuals.append(fit.residual)
             person = dict(
