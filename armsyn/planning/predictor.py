@@ -7,6 +7,7 @@ from typing import Any
 
 from armsyn.errors import InputError
 from armsyn.planning.examples import Examples
+from armsyn.planning.joined import learn_joined
 from armsyn.planning.latent import learn_latent
 from armsyn.planning.linear import learn_linear
 from armsyn.planning.minimum_jerk import learn_minimum_jerk, learn_straight_hand
@@ -19,6 +20,7 @@ PREDICTORS: Mapping[str, Callable[..., Predictor]] = {
     "minjerk": learn_minimum_jerk,
     "minjerk_hand": learn_straight_hand,
     **SYNERGY_PREDICTORS,
+    "joined": learn_joined,
 }
 """Each learns from `Examples` and its own options."""
 
