@@ -128,29 +128,26 @@ def export(
 def _of_lerobot(out: Path, first: Episode, arm: str | None, units: str) -> dict[str, Any]:
     """Options of the writer for the arm that is told, or that a recording names."""
     from armsyn.errors import DescriptionError, InputError
+    from armsyn.motion.formats.lerobot_format import options_of
 
     options: dict[str, Any] = {"units": units}
     name = arm or first.facts.get("arm")
     if name is None:
         return options
     try:
-        joints = described(name).joint
+        known = described(name)
     except DescriptionError as error:
         if arm is not None or units == "normalised":
             raise
         click.echo(f"{out}: joints are taken to turn, not to slide: {error}", err=True)
         return options
-    foreign = set(first.motion.joint_names) - {joint.name for joint in joints}
+    foreign = set(first.motion.joint_names) - set(known.joint_names)
     if foreign:
         raise InputError(
             f"{out}: {first.source or 'motion'} has joints that {name} has not:"
             f" {', '.join(sorted(foreign))}"
         )
-    return options | {
-        "robot_type": name,
-        "prismatic": [joint.name for joint in joints if joint.kind == "prismatic"],
-        "ranges": {joint.name: (joint.lower, joint.upper) for joint in joints},
-    }
+    return options | options_of(known)
 
 
 def described(arm: str) -> ArmDescription:

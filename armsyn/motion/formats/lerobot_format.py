@@ -46,6 +46,7 @@ from armsyn.motion.motion import FloatArray
 from armsyn.motion.resample import interpolate, uniform_times
 
 if TYPE_CHECKING:
+    from armsyn.arm import ArmDescription
     from armsyn.motion.formats.lerobot_tables import Tables
 
 SCHEMA = "armsyn-lerobot-1"
@@ -118,6 +119,25 @@ def write(
         finally:
             tables.close()
         dataset.write_meta(robot_type or first.facts.get("arm"))
+
+
+def options_of(arm: ArmDescription) -> dict[str, Any]:
+    """Return the options of `write` that follow from an arm: its name, ranges, sliding joints.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+
+    Returns
+    -------
+    dict
+        ``robot_type``, ``ranges`` and ``prismatic``.
+    """
+    return {
+        "robot_type": arm.name,
+        "ranges": {joint.name: (joint.lower, joint.upper) for joint in arm.joint},
+        "prismatic": [joint.name for joint in arm.joint if joint.kind == "prismatic"],
+    }
 
 
 def _whole_rate(path: Path, first: Episode, fps: int | None) -> int:

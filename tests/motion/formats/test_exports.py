@@ -1,5 +1,6 @@
 """What holds for every format of several motions: whole or not at all, and what is refused."""
 
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -169,6 +170,15 @@ def test_any_motion_is_written_or_refused_in_one_line(
         refusal = str(error)
     assert "\n" not in refusal
     assert [path.name for path in folder.iterdir()] == ([] if refusal else [f"a{suffix}"])
+
+
+def test_no_optional_package_is_imported_before_it_is_needed() -> None:
+    code = (
+        "import sys, armsyn.motion.formats, armsyn.cli.motion_convert;"
+        "print([name for name in ('pyarrow', 'rosbags', 'pandas', 'c3d') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
 
 
 def test_other_suffixes_hold_one_motion(tmp_path: Path) -> None:
