@@ -23,7 +23,8 @@ def led_to(
     """Move motions to their starts and targets, as the human floor does with a mean of repeats.
 
     The offset to the start fades out linearly; the end is led to the target along minimum jerk, by
-    the change of posture that inverse kinematics finds there.
+    the change of posture that inverse kinematics finds there. A joint that would leave its range on
+    the way stays at its limit meanwhile.
 
     Parameters
     ----------

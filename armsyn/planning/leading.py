@@ -66,7 +66,8 @@ def lead_each(
 ) -> None:
     """Lead motions, shape (M, P, n), in place from their starts to where inverse kinematics ends.
 
-    The offset to the start is faded by `fade`, shape (P,), that to the end eased in by `ease`.
+    The offset to the start is faded by `fade`, shape (P,), that to the end eased in by `ease`;
+    joints stay within their limits after the start.
     """
     frames, n = angles.shape[1:]
     lower, upper = chain[3], chain[4]
@@ -81,7 +82,8 @@ def lead_each(
             end[0, i] -= motion[frames - 1, i]
         for frame in range(1, frames):
             for i in range(n):
-                motion[frame, i] += begin[i] * fade[frame] + end[0, i] * ease[frame]
+                moved = motion[frame, i] + begin[i] * fade[frame] + end[0, i] * ease[frame]
+                motion[frame, i] = min(max(moved, lower[i]), upper[i])
         motion[0] = starts[row]
 
 

@@ -76,6 +76,8 @@ def test_a_prediction_starts_and_ends_where_it_was_asked_to(kind: str) -> None:
     assert gaps.max() < 1e-3
     assert np.allclose(gaps, found.errors, atol=1e-9)
     assert found.reached.all()
+    inside = (found.angles >= examples.chain.lower) & (found.angles <= examples.chain.upper)
+    assert inside[:, 1:].all()
     assert (found.durations >= examples.durations.min()).all()
     assert (found.durations <= examples.durations.max()).all()
 
@@ -159,6 +161,17 @@ def test_minimum_jerk_has_its_closed_form_and_needs_no_captures() -> None:
     for motion, start, target in zip(straight.angles, starts, targets, strict=True):
         from_hand = tips(chain, start[None])
         assert np.allclose(tips(chain, motion), from_hand + (target - from_hand) * share, atol=1e-4)
+
+
+def test_joints_stay_within_their_limits_on_the_way() -> None:
+    examples = made_examples()
+    bulge = examples.angles.copy()
+    bulge[:, :, 3] += 3.0 * np.sin(np.pi * PHASE)
+    found = learn_predictor("linear", dataclasses.replace(examples, angles=bulge)).predict(
+        examples.starts[:3], examples.targets[:3]
+    )
+    assert found.angles[:, :, 3].max() == examples.chain.upper[3]
+    assert found.reached.all()
 
 
 def test_more_time_is_predicted_for_a_farther_target() -> None:
