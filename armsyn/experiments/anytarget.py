@@ -16,7 +16,13 @@ import numpy as np
 
 from armsyn.experiments.anytarget_bootstrap import RESAMPLES
 from armsyn.experiments.anytarget_controls import controls_table
-from armsyn.experiments.anytarget_people import People, Protocol, load_garza, load_hug_mp
+from armsyn.experiments.anytarget_people import (
+    People,
+    Protocol,
+    load_garza,
+    load_garza_taught,
+    load_hug_mp,
+)
 from armsyn.experiments.anytarget_plot import draw
 from armsyn.experiments.anytarget_rows import ROWS, Row
 from armsyn.experiments.anytarget_run import Group, Outcome, predict_all
@@ -43,6 +49,8 @@ _HOW = (
     "No row but the labelled ones has seen the target that it predicts: start posture and target"
     " are given, the rest is learned from other reaches. The held distance is taken on the segments"
     " as they were cut, as the human floors are (garza has one reach a target, so no floor: n/a)."
+    " garza, 4 joints: the standing person's reaches on the seated persons' arm, predicted by"
+    " theirs, many of them far outside of what those reached for."
     " Best row and verdicts are read from the figures."
 )
 
@@ -102,12 +110,16 @@ def run(
 
 
 def _people(settings: Settings) -> list[People]:
-    if settings.budget == "small":
-        return [load_hug_mp(_FEW_PERSONS, FEW_REPEATS), load_garza(FEW_GARZA)]
-    return [load_hug_mp(_PERSONS), load_garza()]
+    is_small = settings.budget == "small"
+    hug_mp = load_hug_mp(_FEW_PERSONS, FEW_REPEATS) if is_small else load_hug_mp(_PERSONS)
+    few = FEW_GARZA if is_small else None
+    return [hug_mp, load_garza(few), load_garza_taught(hug_mp.examples, few)]
 
 
 def _protocols(people: People) -> tuple[Protocol, ...]:
+    """Persons are left out where there are others, targets where the person's own are learned."""
+    if people.teachers is not None:
+        return ("subject",)
     return ("target", "subject") if len(people.subjects) > 1 else ("target",)
 
 

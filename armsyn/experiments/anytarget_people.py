@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -37,17 +38,25 @@ class People:
         The same reaches as cut, with landmarks: what predictions are scored against.
     rows : tuple of int
         Which of the chain's positions the landmarks are, the hand (-1) last.
+    teachers : Examples or None
+        Other persons' reaches on the same chain, to learn from where persons are left out.
     """
 
     title: str
     examples: Examples
     captured: tuple[Motion, ...]
     rows: tuple[int, ...]
+    teachers: Examples | None = None
 
     @cached_property
     def subjects(self) -> list[str]:
         """Everybody once."""
         return list(dict.fromkeys(self.examples.subjects))
+
+    @cached_property
+    def lessons(self) -> Examples:
+        """Everything that may be learned from: the reaches themselves, then the teachers'."""
+        return self.examples if self.teachers is None else joined([self.examples, self.teachers])
 
     @cached_property
     def profiles(self) -> dict[str, FloatArray]:
@@ -74,7 +83,7 @@ class People:
 
     def only(self, tests: Rows, train: Rows) -> People:
         """Return the reaches to be predicted, then those to learn from, without their motions."""
-        examples = self.examples.only([*tests, *train])
+        examples = self.lessons.only([*tests, *train])
         return People(self.title, examples, tuple(self.captured[row] for row in tests), self.rows)
 
     def motion(self, row: int, angles: FloatArray, duration: float) -> Motion:
@@ -131,7 +140,7 @@ def folds(people: People, protocol: Protocol) -> list[Fold]:
     for subject in people.subjects:
         own = people.of(subject)
         if protocol == "subject":
-            others = set(range(len(people.captured))) - set(own)
+            others = set(range(people.lessons.size)) - set(own)
             found.append(Fold(subject, tuple(own), tuple(sorted(others))))
             continue
         for place in people.places_of(subject):
@@ -189,11 +198,39 @@ def load_garza(at_most: int | None = None) -> People:
     CaptureError, FormatError, DescriptionError
         Captures that are not there, or a damaged capture or description.
     """
-    arm = load_arm("human7", calibrated=False)
+    return _on_arm("human7", at_most)
+
+
+def _on_arm(name: str, at_most: int | None) -> People:
+    arm = load_arm(name, calibrated=False)
     captures = load_captures("garza")[:at_most]
     examples = examples_on_arm(arm, captures, "segment")
     motions = tuple(retarget(capture.motion, arm) for capture in captures)
     return People("garza", examples, motions, arm.landmark_frames)
+
+
+def load_garza_taught(teachers: Examples, at_most: int | None = None) -> People:
+    """Load the free reaches on the arm of four joints, to be predicted by what its people do.
+
+    Parameters
+    ----------
+    teachers : Examples
+        Of HuG-MP.
+    at_most : int or None
+        Only so many reaches, the first of the table.
+
+    Returns
+    -------
+    People
+
+    Raises
+    ------
+    CaptureError, FormatError, DescriptionError
+        As `load_garza`.
+    """
+    return dataclasses.replace(
+        _on_arm("hug_mp4", at_most), title="garza, 4 joints", teachers=teachers
+    )
 
 
 def joined(parts: Sequence[Examples]) -> Examples:

@@ -81,7 +81,7 @@ def rows_table(rows: Sequence[Row], missing: Mapping[str, str]) -> Table:
     -------
     Table
     """
-    columns = (_ROW, Column("kind", "kind"), Column("what", "how it predicts"))
+    columns = (_ROW, Column("kind", "kind"), Column("how", "how it predicts"))
     lines: list[tuple[Value, ...]] = [
         (row.title, _KINDS[row.kind], missing.get(row.key) or row.what) for row in rows
     ]
