@@ -129,7 +129,6 @@ def _models(
     """What makes the reaches and their spread, and what the manifest says of both."""
     from armsyn.arm import find_file
     from armsyn.errors import InputError
-    from armsyn.planning.generation.variability import Variability
     from armsyn.planning.minimum_jerk import MinimumJerkPredictor
     from armsyn.planning.planner import ATLAS, DEFAULT_PLAN, MINIMUM_JERK
 
@@ -150,7 +149,7 @@ def _models(
         raise InputError(
             f"{file}: no spread between repeats in it: learn the atlas from captures with repeats"
         )
-    return predictor, Variability.from_document(atlas.variability), said
+    return predictor, atlas.variability, said
 
 
 def _targets(
@@ -199,23 +198,12 @@ def _tell(report: Report, out: Path, *, as_json: bool) -> None:
     import json
 
     from armsyn.cli.json_errors import DocumentedError
-    from armsyn.errors import (
-        ArmsynError,
-        InputError,
-        RefusedMotionError,
-        StopRequestedError,
-    )
+    from armsyn.errors import RefusedMotionError
 
     document = {"out": str(out), **report.as_document()}
-    error: ArmsynError | None = None
-    if report.failed == "interrupted":
-        error = StopRequestedError(
-            f"interrupted: {report.made} reaches are in {out}; --resume goes on from there"
-        )
-    elif report.failed:
-        error = InputError(
-            f"{report.failed}; {report.made} reaches are in {out}: --resume goes on from there"
-        )
+    error = report.error
+    if error is not None:
+        error.add(f"{report.made} reaches are in {out}: --resume goes on from there")
     elif not report.made:
         error = RefusedMotionError(f"every reach was refused: {out}/refusals.csv says why")
     if not as_json:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from armsyn.arm import load_arm
-from armsyn.errors import InputError
+from armsyn.errors import InputError, StopRequestedError
 from armsyn.motion import Motion
 from armsyn.motion.formats import files as motion_files
 from armsyn.planning.generation import chunks, files
@@ -126,8 +126,9 @@ def test_a_full_disk_keeps_what_is_finished_and_the_rest_can_follow(
         patch.setitem(chunks.FORMATS, "npz", (".npz", failing_at(3, full)))
         report = generate(order(folder), INPUTS, workers=1)
     assert not report.complete
-    assert "No space left" in report.failed
-    assert "reaches-000003.npz" in report.failed
+    assert isinstance(report.error, InputError)
+    assert "No space left" in str(report.error)
+    assert "reaches-000003.npz" in str(report.error)
     there = {path.name for path in folder.iterdir() if path.is_file()}
     assert there == {*(f"reaches-00000{k}.npz" for k in range(3)), "manifest.json", "refusals.csv"}
     manifest = json.loads((folder / "manifest.json").read_text())
@@ -147,7 +148,7 @@ def test_an_interruption_keeps_what_is_finished(
     with monkeypatch.context() as patch:
         patch.setitem(chunks.FORMATS, "npz", (".npz", stop))
         report = generate(order(folder), INPUTS, workers=1)
-    assert report.failed == "interrupted"
+    assert isinstance(report.error, StopRequestedError)
     assert report.done == 2
     (folder / ".reaches-000002.npz.left").write_bytes(b"half, of a process that was killed")
     (folder / "reaches-000003.npz").write_bytes(b"without a note")

@@ -7,8 +7,10 @@ to others, and one that it had finished is found with its note.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
 from typing import Any
 
 from armsyn.errors import ArmFaultError, InputError
@@ -22,13 +24,56 @@ AHEAD = 4
 not hold a million."""
 
 
-def each_on_cluster(address: str, order: bytes, numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
-    """Make chunks on a cluster; yield each one's note as soon as it is there, in any order.
+@contextlib.contextmanager
+def connected(address: str) -> Iterator[Any]:
+    """Yield a client of a scheduler that has workers.
 
     Parameters
     ----------
     address : str
-        Of the scheduler, ``tcp://HOST:PORT``.
+        ``tcp://HOST:PORT``.
+
+    Yields
+    ------
+    distributed.Client
+
+    Raises
+    ------
+    InputError
+        When dask.distributed is missing, or no scheduler or worker answers.
+    """
+    try:
+        from distributed import Client  # noqa: PLC0415  an extra
+    except ImportError as error:
+        raise InputError(
+            "--cluster needs the package distributed: install it with pip install 'armsyn[cluster]'"
+        ) from error
+    try:
+        client = Client(address, timeout=PATIENCE_S, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, TimeoutError, ValueError, ImportError) as error:
+        raise InputError(
+            f"{address[:80]}: no scheduler of dask.distributed answers: start one with"
+            " `dask scheduler`, and `dask worker ADDRESS` on every machine"
+        ) from error
+    try:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE_S)
+        except TimeoutError as error:
+            raise InputError(
+                f"{address}: the scheduler has no workers: start `dask worker {address}` on every"
+                " machine"
+            ) from error
+        yield client
+    finally:
+        client.close()  # type: ignore[no-untyped-call]
+
+
+def each_on_cluster(client: Any, order: bytes, numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
+    """Make chunks on a cluster; yield each one's note as soon as it is there, in any order.
+
+    Parameters
+    ----------
+    client : distributed.Client
     order : bytes
         As `armsyn.planning.generation.chunks.sent_order` packs it.
     numbers : sequence of int
@@ -40,57 +85,30 @@ def each_on_cluster(address: str, order: bytes, numbers: Sequence[int]) -> Itera
     Raises
     ------
     InputError
-        When dask.distributed is missing, or no scheduler or worker answers; when a worker cannot
-        see or write the folder.
+        When a worker cannot see or write the folder.
     ArmFaultError
-        When workers die again and again.
+        When workers die again and again, or the scheduler does.
     """
-    try:
-        from distributed import Client, as_completed  # noqa: PLC0415  an extra
-        from distributed.scheduler import KilledWorker  # noqa: PLC0415
-    except ImportError as error:
-        raise InputError(
-            "--cluster needs the package distributed: install it with pip install 'armsyn[cluster]'"
-        ) from error
-    client = _connected(Client, address)
-    try:
-        # A task rather than scattered data, so that it is made again if all who had it die
-        sent = client.submit(bytes, order, pure=False)
-        left = iter(numbers)
+    from distributed import as_completed  # noqa: PLC0415  an extra
+    from distributed.scheduler import KilledWorker  # noqa: PLC0415
 
-        def handed_out(count: int) -> list[Any]:
-            return [
-                client.submit(make_chunk_of, sent, number, pure=False)
-                for number in itertools.islice(left, count)
-            ]
+    # A task rather than scattered data, so that it is made again if all who had it die
+    sent = client.submit(bytes, order, pure=False)
+    left = iter(numbers)
 
-        waiting: Any = as_completed(handed_out(AHEAD * sum(client.nthreads().values())))  # type: ignore[no-untyped-call]
+    def handed_out(count: int) -> list[Any]:
+        return [
+            client.submit(make_chunk_of, sent, number, pure=False)
+            for number in itertools.islice(left, count)
+        ]
+
+    ahead = AHEAD * sum(client.nthreads().values())
+    waiting: Any = as_completed(handed_out(ahead), loop=client.loop)  # type: ignore[no-untyped-call]
+    try:
         for future in waiting:
-            try:
-                yield future.result()
-            except KilledWorker as error:
-                raise ArmFaultError(
-                    f"{address}: worker after worker dies over one chunk: see their logs"
-                ) from error
+            yield future.result()
             waiting.update(handed_out(1))
-    finally:
-        client.close()
-
-
-def _connected(make_client: Any, address: str) -> Any:
-    try:
-        client = make_client(address, timeout=PATIENCE_S, set_as_default=False)
-    except (OSError, TimeoutError, ValueError, ImportError) as error:
-        raise InputError(
-            f"{address[:80]}: no scheduler of dask.distributed answers: start one with"
-            " `dask scheduler`, and `dask worker ADDRESS` on every machine"
-        ) from error
-    try:
-        client.wait_for_workers(1, timeout=PATIENCE_S)
-    except TimeoutError as error:
-        client.close()
-        raise InputError(
-            f"{address}: the scheduler has no workers: start `dask worker {address}` on every"
-            " machine"
-        ) from error
-    return client
+    except KilledWorker as error:
+        raise ArmFaultError("worker after worker dies over one chunk: see their logs") from error
+    except (OSError, CancelledError) as error:
+        raise ArmFaultError(f"the cluster is lost: {error or type(error).__name__}") from error

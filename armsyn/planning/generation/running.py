@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import hashlib
 import json
@@ -13,12 +14,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from armsyn.errors import InputError
+from armsyn.errors import ArmFaultError, ArmsynError, InputError, StopRequestedError
 from armsyn.motion.formats.episodes import Episode
 from armsyn.motion.formats.files import replacing
 from armsyn.planning.generation import chunks
 from armsyn.planning.generation.chunks import NOTES, TOKEN, Order
-from armsyn.planning.generation.cluster import each_on_cluster
+from armsyn.planning.generation.cluster import connected, each_on_cluster
 from armsyn.planning.generation.files import FORMATS, PLANNED, episodes_of, read_npz
 from armsyn.synergy.parallel import checked_workers, each
 
@@ -44,8 +45,8 @@ class Report:
         Mean of kappa, the times as long that reaches take than people would.
     refused : Counter
         Refused reaches by kind.
-    failed : str
-        Why it ended early; empty for one that is whole.
+    error : ArmsynError or None
+        What it ended by, before all was done.
     """
 
     asked: int
@@ -56,12 +57,12 @@ class Report:
     outside: int = 0
     slowed: float = 0.0
     refused: Counter[str] = field(default_factory=Counter)
-    failed: str = ""
+    error: ArmsynError | None = None
 
     @property
     def complete(self) -> bool:
         """Whether every reach is made or refused."""
-        return self.done == self.chunks and not self.failed
+        return self.done == self.chunks and self.error is None
 
     def add(self, note: Mapping[str, Any]) -> None:
         """Count a chunk that is done."""
@@ -121,15 +122,26 @@ def generate(
     Returns
     -------
     Report
-        Of one that was interrupted, or found no room, `failed` says why; what was finished is
-        there, and the manifest says that it is not all.
+        Of one that was interrupted, found no room or lost its workers, `error` says why; what was
+        finished is there, and the manifest says that it is not all.
 
     Raises
     ------
     InputError
         A folder with other things in it, or that cannot be written; workers that do not see it.
     """
-    _prepare(order, inputs, resume=resume)
+    with contextlib.nullcontext() if cluster is None else connected(cluster) as client:
+        _prepare(order, inputs, resume=resume)
+        return _generated(order, inputs, workers, client, on_progress)
+
+
+def _generated(
+    order: Order,
+    inputs: Mapping[str, Any],
+    workers: int | None,
+    client: Any,
+    on_progress: OnProgress,
+) -> Report:
     report = Report(order.recipe.size, order.count)
     missing = []
     for number in range(order.count):
@@ -138,25 +150,28 @@ def generate(
         else:
             report.add(note)
     try:
-        for note in _made(order, missing, workers, cluster):
+        for note in _made(order, missing, workers, client):
             report.add(note)
             made = f"{report.made} reaches, {sum(report.refused.values())} refused"
             on_progress("chunks", report.done, report.chunks, made)
         if report.complete and order.format == "lerobot":
             _gather(order, on_progress)
     except KeyboardInterrupt:
-        report.failed = "interrupted"
-    except InputError as error:
-        report.failed = str(error)
-    _finish(order, inputs, report)
-    return report
+        report.error = StopRequestedError("interrupted")
+    except (InputError, ArmFaultError) as error:  # a full disk, a lost cluster
+        report.error = error
+    in_order = Report(report.asked, report.chunks, error=report.error)
+    for note in chunks.notes_of(order):
+        in_order.add(note)  # sums round by their order, and chunks came in any
+    _finish(order, inputs, in_order)
+    return in_order
 
 
 def _made(
-    order: Order, missing: list[int], workers: int | None, cluster: str | None
+    order: Order, missing: list[int], workers: int | None, client: Any
 ) -> Iterator[dict[str, Any]]:
-    if cluster is not None:
-        yield from each_on_cluster(cluster, chunks.sent_order(order), missing)
+    if client is not None:
+        yield from each_on_cluster(client, chunks.sent_order(order), missing)
         return
     worth = min(len(missing), 1 + len(missing) * order.chunk // _WORTH_A_PROCESS)
     count = checked_workers(workers, worth)
@@ -225,7 +240,7 @@ def _finish(order: Order, inputs: Mapping[str, Any], report: Report) -> None:
         _write_refusals(order)
         _write_manifest(order, inputs, report)
     except InputError as error:  # a full disk: the chunks are there, and so are their notes
-        report.failed = report.failed or str(error)
+        report.error = report.error or error
         return
     if report.complete:
         if order.format == "lerobot":
