@@ -276,6 +276,12 @@ def test_what_is_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_an_empty_folder_is_filled(tmp_path: Path) -> None:
+    (tmp_path / "d.lerobot").mkdir()
+    assert written(tmp_path, plan()).info["total_episodes"] == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["d.lerobot"]
+
+
 def test_a_folder_that_is_there_is_kept(tmp_path: Path) -> None:
     out = tmp_path / "d.lerobot"
     out.mkdir()
