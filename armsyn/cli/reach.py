@@ -163,6 +163,13 @@ def _check(options: dict[str, Any]) -> None:
     check_slower(options["slower"])
     if options["raw"] and options["model"]:
         raise InputError("--raw is model A: give either --raw or --model")
+    turned, tolerance = options["orientation"], options["orientation_tolerance"]
+    if turned and not all(math.isfinite(angle) for angle in turned):
+        raise InputError(f"--orientation must be three finite angles in degrees: {turned}")
+    if tolerance is not None and not 0 < tolerance <= 180:
+        raise InputError(
+            f"--orientation-tolerance must be above 0 and at most 180 degrees, got {tolerance:g}"
+        )
     plot = options["plot"]
     if plot and (plot.suffix.lower() != ".png" or not plot.parent.is_dir()):
         raise InputError(f"--plot {plot}: must end in .png, in a folder that exists")

@@ -173,5 +173,10 @@ def _found(name: str, suffix: str, directory: Path | None) -> Path:
     try:
         return find_file(name, suffix, directory)
     except DescriptionError as error:
+        if suffix == ATLAS:
+            raise DescriptionError(
+                f"no {name}{ATLAS} was found: learn it by armsyn learn --arm {name} --atlas, or"
+                f" use --plan {SYNERGY} or {MINIMUM_JERK}"
+            ) from error
         error.add(f"or --plan {MINIMUM_JERK}, which needs no captures")
         raise

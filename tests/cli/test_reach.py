@@ -69,6 +69,37 @@ def test_the_measured_reach_is_a_persons(call: Call) -> None:
     assert document["captured_r"] > 0.85
 
 
+def test_a_plan_without_captures_with_the_hand_turned(call: Call, calibration: Path) -> None:
+    """By an arm that has learned nothing."""
+    for file in calibration.glob("*.json"):
+        file.unlink()
+    asked = ("--plan", "minjerk", "--pointing", "1", "0", "-1", "--calibration", calibration)
+    said = call("reach", *TARGET, *asked, "--rate", "50", "--json")
+    assert said.status == 0, said.err
+    document = said.document
+    assert (document["plan"], document["outside_m"], document["captured"]) == (
+        "minjerk",
+        None,
+        None,
+    )
+    assert document["hand_error_m"] < 0.005
+    assert document["orientation_error_rad"] < np.radians(3.0)
+    pointing = document["orientation"]["pointing"]
+    np.testing.assert_allclose(pointing, np.array([1.0, 0.0, -1.0]) / np.sqrt(2.0))
+    assert document["planned_error_m"] < 0.001
+    assert document["predicted_time_s"] * document["time_scale"] < document["planned_time_s"] + 0.02
+    assert json.dumps(document, allow_nan=False)
+
+
+def test_the_raw_controller_needs_nothing_learned(call: Call, calibration: Path) -> None:
+    for file in calibration.glob("*.json"):
+        file.unlink()
+    said = call("reach", *TARGET, "--raw", "--calibration", calibration, "--rate", "50", "--json")
+    assert said.status == 0, said.err
+    assert (said.document["model"], said.document["captured"]) == ("A", None)
+    assert said.document["hand_error_m"] < 0.005
+
+
 def test_the_arm_is_moved_by_a_process_of_its_own(call: Call, tmp_path: Path) -> None:
     record = tmp_path / "reach.npz"
     said = call("reach", *TARGET, "--own-process", "--rate", "50", "--record", record, "--json")

@@ -34,6 +34,21 @@ ARM = ("--arm", "human7", "--baud", "1000000")
         ((*TARGET, "--slower", "nan"), "--slower must be at least 1, got nan"),
         ((*TARGET, "--slower", "1e200"), "--slower must be at most 1000000, got 1e+200"),
         ((*TARGET, "--raw", "--model", "D"), "--raw is model A: give either --raw or --model"),
+        ((*TARGET, "--plan", "latent", "--ik", "dls"), "are of --plan synergy, not of latent"),
+        ((*TARGET, "--plan", "linear", "--raw"), "are of --plan synergy, not of linear"),
+        ((*TARGET, "--plan", "best"), "'best' is not one of 'synergy', 'latent', 'linear', 'minj"),
+        ((*TARGET, "--pointing", "0", "0", "0"), "--pointing: a direction is 3 finite numbers"),
+        ((*TARGET, "--pointing", "1", "nan", "0"), "--pointing: a direction is 3 finite numbers"),
+        ((*TARGET, "--orientation", "0", "inf", "0"), "--orientation must be three finite angles"),
+        (
+            (*TARGET, "--orientation", "0", "0", "0", "--pointing", "1", "0", "0"),
+            "--pointing or --orientation",
+        ),
+        ((*TARGET, "--orientation-tolerance", "3"), "needs --pointing or --orientation"),
+        (
+            (*TARGET, "--pointing", "1", "0", "0", "--orientation-tolerance", "0"),
+            "--orientation-tolerance must be above 0 and at most 180 degrees, got 0",
+        ),
         ((*TARGET, "--rate", "1e9"), "--rate must be above 0 and at most 2000 Hz, got 1e+09"),
         ((*TARGET, "--plot", "absent/a.png"), "--plot absent/a.png: must end in .png, in a folder"),
         ((*TARGET, "--plot", "a.pdf"), "--plot a.pdf: must end in .png"),
@@ -116,6 +131,21 @@ def test_what_was_not_learned_is_refused(
     path.write_text(json.dumps(content))
     outcome = call("reach", *TARGET, *option, "--calibration", calibration)
     outcome.refused(2, "human7 has learned nothing", "only svd/C: run armsyn learn")
+
+
+@pytest.mark.parametrize("plan", ["latent", "linear"])
+def test_an_arm_without_an_atlas_says_how_to_get_one(
+    call: Call, calibration: Path, plan: str
+) -> None:
+    (calibration / "human7.atlas.json").unlink(missing_ok=True)
+    outcome = call("reach", *TARGET, "--plan", plan, "--calibration", calibration)
+    outcome.refused(2, "armsyn learn --arm human7 --atlas", "--plan synergy or minjerk")
+
+
+def test_what_an_arm_cannot_express_is_said(call: Call) -> None:
+    arm = ("--arm", "openmanipulator_x", "--target", "0.2", "0.08", "0.15")
+    outcome = call("reach", *arm, "--plan", "minjerk", "--pointing", "0", "1", "0")
+    outcome.refused(4, "its 4 joints leave one of 2 angles of the hand free", "degrees")
 
 
 @pytest.mark.fault(32)

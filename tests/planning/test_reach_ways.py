@@ -57,7 +57,8 @@ def hand(arm: ArmDescription, q: np.ndarray) -> np.ndarray:
 
 def an_end(arm: ArmDescription) -> np.ndarray:
     """A posture with the hand at the target, and joints far from their limits."""
-    return planner_for(arm, "minjerk").plan(arm.rest, TARGET).angles[-1]
+    planned = planner_for(arm, "minjerk").plan(arm.rest, TARGET)
+    return np.asarray(planned.angles[-1])
 
 
 def test_what_is_predicted_is_what_is_planned(arm: ArmDescription) -> None:
