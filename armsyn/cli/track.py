@@ -23,8 +23,11 @@ if TYPE_CHECKING:
 SWITCH_S = 5e-4
 """Seconds after which the thread that plans gives way to a tick; Python's own are 5 ms, a tick."""
 
-_UNRECORDED_S = 10.0
-"""Seconds that are kept where nobody wants a record."""
+LONGEST_S = 1e6
+"""Seconds; eleven days."""
+
+RECORDED_S, _UNRECORDED_S = 3600.0, 10.0
+"""Seconds that are kept, and the same where nobody wants a record."""
 
 
 @click.command()
@@ -51,11 +54,9 @@ _UNRECORDED_S = 10.0
 )
 @click.option(
     "--longest",
-    type=click.FloatRange(1.0, 1e6),
-    default=3600.0,
-    show_default=True,
+    type=click.FloatRange(1.0, LONGEST_S),
     metavar="S",
-    help="Come to rest after so many seconds, whatever is still to come.",
+    help="Come to rest after so many seconds, whatever is still to come.  [default: never]",
 )
 @click.option("--park", is_flag=True, help="Afterwards go to the rest posture; torque off.")
 @click.option(
@@ -78,7 +79,7 @@ _UNRECORDED_S = 10.0
 )
 @consent_option
 def track(**options: Any) -> None:
-    r"""Follow targets that come as lines of JSON on standard input.
+    """Follow targets that come as lines of JSON on standard input.
 
     \b
     {"target": [0.42, -0.25, -0.05]}
@@ -94,21 +95,23 @@ def track(**options: Any) -> None:
     At the end of the input the last motion is finished, and the arm holds; --park puts it to
     rest and lets go. Ctrl-C decelerates and, if the way is short and checked, goes to the rest
     posture; a second Ctrl-C holds at once. With --json every event is one line of JSON.
-    """
+    """  # noqa: D301 - after \b click leaves a paragraph as it stands
     from armsyn.arm import find_file
     from armsyn.cli.track_report import Teller, check_plot
     from armsyn.driver import check_recording_path
-    from armsyn.errors import ArmsynError
+    from armsyn.errors import ArmsynError, InputError
     from armsyn.planning.tracking_plan import LawPlanner
     from armsyn.synergy import load_library
 
+    if sys.stdin is None:
+        raise InputError("there is no standard input to read targets from")
     context = click.get_current_context()
     if options["record"]:
         check_recording_path(options["record"])
     check_plot(options["plot"])
     name = options["arm_name"] or DEFAULT_ARM
     library = load_library(find_file(name, ".synergies.json", options["calibration"]))
-    teller = Teller(as_json=options["as_json"])
+    teller = Teller(as_json=options["as_json"], keeping=bool(options["plot"]))
     try:
         with connected(options) as there:
             arm = there.arm.slowed(_slower(options))
@@ -179,14 +182,15 @@ def _follow(
     tracker = ReachTracker(planner, still_posture(session), earliest=BLEND)
     feed = TargetFeed(tracker, LineReader(sys.stdin.fileno()), teller.tell, each=options["each"])
     tracker.on_end = feed.ended
-    kept = options["longest"] if options["record"] or options["plot"] else _UNRECORDED_S
+    longest = options["longest"] or LONGEST_S
+    kept = RECORDED_S if options["record"] or options["plot"] else _UNRECORDED_S
     try:
         with feed:
             recording = session.run_setpoint(
                 tracker.setpoint,
-                options["longest"],
-                lambda t, _: teller.ticks.append(t),
-                recorded=min(kept, options["longest"]),
+                longest,
+                teller.tick,
+                recorded=min(kept, longest),
             )
     except BaseException:
         last = () if session.recording is None else (session.recording,)

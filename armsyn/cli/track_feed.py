@@ -37,8 +37,6 @@ class TargetFeed(threading.Thread):
 
     Attributes
     ----------
-    counts : dict of str to int
-        How often each kind of thing happened.
     error : Exception or None
         What ended the thread too early; the tracker finishes then.
     """
@@ -48,7 +46,6 @@ class TargetFeed(threading.Thread):
     ) -> None:
         super().__init__(name="armsyn targets", daemon=True)
         self.tracker = tracker
-        self.counts: dict[str, int] = {}
         self.error: Exception | None = None
         self._reader = reader
         self._tell = tell
@@ -157,5 +154,4 @@ class TargetFeed(threading.Thread):
             )
 
     def _say(self, event: str, number: int, given: Any, **facts: Any) -> None:
-        self.counts[event] = self.counts.get(event, 0) + 1
         self._tell({"event": event, "line": number, "id": given, **facts})

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import sys
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,44 +22,73 @@ from armsyn.errors import ArmsynError, InputError, UnreachableError
 _MOST_LINES = 30
 """Targets whose beginnings are marked in a plot; more would hide it."""
 
+_MOST_KEPT = 720_000
+"""Ticks, and targets, that are kept for a plot: an hour at 200 Hz, as recordings keep."""
+
 REFUSALS = ("malformed", "refused")
 
 
 class Teller:
     """Tells people, or programs, what happens.
 
+    Once nobody reads the standard output any more, it goes on in silence: the arm follows its
+    targets, not its listeners.
+
     Parameters
     ----------
     as_json : bool
         Every event is one line of JSON on standard output; refusals stand on standard error, too.
+    keeping : bool
+        Whether to keep what a plot shows.
 
     Attributes
     ----------
-    events : list of dict
-        What was told of targets.
+    counts : Counter of str
+        How often each kind of event was told.
+    accepted : list of dict
+        Events of targets that were accepted, of the first `_MOST_KEPT`.
     ticks : list of float
-        Path time at each tick, s: it does not jump over missed ticks, as the clock of the recording
-        does.
+        Path time at each tick, s, of the first that are recorded: it does not jump over missed
+        ticks, as the clock of the recording does.
     """
 
-    def __init__(self, *, as_json: bool) -> None:
+    def __init__(self, *, as_json: bool, keeping: bool) -> None:
         self.as_json = as_json
-        self.events: list[dict[str, Any]] = []
+        self.counts: Counter[str] = Counter()
+        self.accepted: list[dict[str, Any]] = []
         self.ticks: list[float] = []
+        self._left = _MOST_KEPT if keeping else 0
+
+    def tick(self, path_time: float, _: float) -> None:
+        """Keep the path time of a tick."""
+        if len(self.ticks) < self._left:
+            self.ticks.append(path_time)
 
     def tell(self, event: dict[str, Any]) -> None:
         """Tell what happened to a target."""
-        self.events.append(event)
-        if event["event"] in REFUSALS:
+        kind = event["event"]
+        self.counts[kind] += 1
+        if kind == "accepted" and len(self.accepted) < self._left:
+            self.accepted.append(event)
+        if kind in REFUSALS:
             click.echo(f"armsyn: line {event['line']}: {event['reason']}", err=True)
         if self.as_json:
             self.line(event)
-        elif event["event"] not in REFUSALS:
-            click.echo(_text(event))
+        elif kind not in REFUSALS:
+            self.say(_text(event))
 
     def line(self, content: dict[str, Any]) -> None:
         """Print one line of JSON."""
-        click.echo(json.dumps(content, allow_nan=False))
+        self.say(json.dumps(content, allow_nan=False))
+
+    def say(self, text: str) -> None:
+        """Print a line, if somebody reads it."""
+        try:
+            click.echo(text)
+        except BrokenPipeError:
+            silence = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(silence, sys.stdout.fileno())  # nor at the end, when what is left is flushed
+            os.close(silence)
 
     def fault(self, error: ArmsynError) -> None:
         """Tell how the command failed, as one line of JSON and one for people."""
@@ -64,10 +96,6 @@ class Teller:
         click.echo(f"armsyn: {said}", err=True)
         found = {"type": type(error).__name__, "message": said, "exit_status": error.exit_status}
         self.line({"event": "failed", "error": found})
-
-    def count(self, event: str) -> int:
-        """How often something happened to a target."""
-        return sum(told["event"] == event for told in self.events)
 
 
 def _text(event: dict[str, Any]) -> str:
@@ -147,9 +175,10 @@ def finish(
 
 
 def _status_of_lines(teller: Teller) -> int:
-    if teller.count("accepted") or not any(map(teller.count, REFUSALS)):
+    counts = teller.counts
+    if counts["accepted"] or not (counts["refused"] or counts["malformed"]):
         return 0
-    return UnreachableError.exit_status if teller.count("refused") else InputError.exit_status
+    return UnreachableError.exit_status if counts["refused"] else InputError.exit_status
 
 
 def _say_end(
@@ -157,7 +186,7 @@ def _say_end(
 ) -> None:
     rms = recording.tracking_rms()
     kinds = ("accepted", "arrived", "replaced", "passed_over", *REFUSALS)
-    counts = {kind: teller.count(kind) for kind in kinds}
+    counts = {kind: teller.counts[kind] for kind in kinds}
     if teller.as_json:
         teller.line(
             {
@@ -178,20 +207,20 @@ def _say_end(
         )
         return
     told = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in counts.items() if count)
-    click.echo(f"targets: {told or 'none'}")
-    click.echo(
+    teller.say(f"targets: {told or 'none'}")
+    teller.say(
         f"stream: {recording.ticks} ticks at {recording.rate_hz:g} Hz, {recording.missed_ticks}"
         f" missed, success {recording.command_success_rate:.2f} of the last 100, tracking"
         f" {'unknown' if not math.isfinite(rms) else f'{rms:.4f} rad rms'}"
     )
     for event in recording.events:
         if event.level != "info":
-            click.echo(f"  {event.time:.3f} s: {event.text}")
+            teller.say(f"  {event.time:.3f} s: {event.text}")
     after = " (the simulated arm ends with this command)" if recording.simulated else ""
-    click.echo(f"ended: {ending.value}{after}")
+    teller.say(f"ended: {ending.value}{after}")
     for kind, what in (("record", "recording"), ("plot", "plot")):
         if written[kind]:
-            click.echo(f"{what}: {written[kind]}")
+            teller.say(f"{what}: {written[kind]}")
 
 
 def draw(path: Path, recording: Recording, arm: ArmDescription, teller: Teller) -> None:
@@ -219,7 +248,7 @@ def draw(path: Path, recording: Recording, arm: ArmDescription, teller: Teller) 
     measured = recording.measured_motion(arm)
     figure = Figure(figsize=(8, 7), layout="constrained")
     places, speeds = figure.subplots(2, 1, sharex=True)
-    turns = [event for event in teller.events if event["event"] == "accepted"]
+    turns = teller.accepted
     rows = min(len(teller.ticks), recording.time_s.size)
     begins = np.interp(
         [event["t_s"] for event in turns], teller.ticks[:rows], recording.time_s[:rows]

@@ -32,8 +32,8 @@ from armsyn.planning.tracking_plan import (
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-CORRECTION_S = 0.25
-"""Time constant with which it is learned how far the arm stands off its commands, s."""
+CORRECTION_S = 0.1
+"""Time constant with which it is learned how far a resting arm stands off its commands, s."""
 
 LEAD_S = 0.02
 """How far ahead the first try plans the moment at which the arm turns to a new target, s."""
@@ -168,6 +168,7 @@ class ReachTracker:
     _finishing: bool = field(init=False, default=False)
 
     def __post_init__(self) -> None:
+        self.planner.prepare()
         chain = self.planner.arm.chain
         self._state = State.at_rest(np.clip(self.start, chain.lower, chain.upper))
         self._moment = _Moment(0.0, self._state.copy(), None)
@@ -345,7 +346,8 @@ class ReachTracker:
         following.near_for = max(0.0, following.near_for + near)
         if following.near_for < SETTLE_S:
             return
-        error = self._error(following.aim, state.position)
+        known = np.isfinite(state.position)
+        error = self._error(following.aim, np.where(known, state.position, self._state.seen))
         if error <= ARRIVED_M or following.near_for >= PATIENCE_S:
             following.settled = True
             self.on_end(Arrival(following.aim, t, error, arrived=True))

@@ -42,6 +42,10 @@ LAGS_S = (0.01, 0.15)
 LARGEST_OFF = 0.1
 """rad that the arm may stand off its commands and be corrected for."""
 
+SLOW = 0.1
+"""rad/s at which a joint tells half as much of what it stands off as one at rest: the faster, the
+more of its error is lag."""
+
 BRAKING = 0.8
 """Share of a joint's acceleration that it keeps for stopping before the end of its range."""
 
@@ -267,7 +271,7 @@ def tick(
     longest : float
         Longest step, s.
     share : float
-        Of what the arm stands off, how much to learn a second, 1/s; 0 for nothing.
+        Of what a resting arm stands off, how much to learn a second, 1/s; 0 for nothing.
 
     Returns
     -------
@@ -287,7 +291,8 @@ def tick(
         sensed[EXPECTED, i] += behind * (1.0 - math.exp(-span / lag))
         if known:
             gap = position[i] - sensed[EXPECTED, i] - sensed[OFF, i]
-            off = sensed[OFF, i] + min(span * share, 1.0) * gap
+            slow = SLOW / (SLOW + abs(moving[VELOCITY, i]))
+            off = sensed[OFF, i] + min(span * share * slow, 1.0) * gap
             sensed[OFF, i] = min(max(off, -LARGEST_OFF), LARGEST_OFF)
     steps = max(1, math.ceil(span / longest - 1e-6))
     _, distance, _, fastest = _advance(

@@ -55,9 +55,9 @@ TOLERANCE_M = 5e-4
 STEP_S = 0.005
 """Longest step of the law: lambda dt g must stay well below 1."""
 
-FADE_S = 0.08
+FADE_S = 0.12
 """Least time constant with which a carried velocity fades, s: of what people have left of an
-abandoned movement little remains after 0.3 s."""
+abandoned movement little remains after 0.4 s."""
 
 LONGEST_S = 8.0
 """Longest reach before slowing, s, as of `armsyn.planning.reach`."""
