@@ -1,5 +1,4 @@
-"""What predictors have to beat in the experiment `anytarget`: means of captured reaches, raw IK and
-a straight path of the hand.
+"""What predictors have to beat in the experiment `anytarget`: means of captured reaches and raw IK.
 
 Each is learned from examples and predicts as `armsyn.planning.prediction.Predictor` does. Those
 without a movement time of their own take the one that is linear in the target.
@@ -16,10 +15,9 @@ from armsyn.kinematics import SerialChain
 from armsyn.motion import FloatArray
 from armsyn.motion.resample import interpolate, uniform_times
 from armsyn.motion.segmentation import CUT_FRACTION
-from armsyn.planning.ending import EASE, led_to
+from armsyn.planning.ending import led_to
 from armsyn.planning.examples import PHASE, Examples
 from armsyn.planning.linear import LinearPredictor, learn_linear, with_one
-from armsyn.planning.postures import jacobians, postures_at, tips
 from armsyn.planning.prediction import Predicted
 from armsyn.scoring.distance import held_distance
 from armsyn.scoring.pairing import Movement, Trimmed
@@ -31,8 +29,6 @@ _LONGEST_S = 8.0
 _GAINS = (0.1, 0.15, 0.25, 0.4, 0.6, 1.0, 1.5)
 _JUDGED_BY = 8
 """Examples by which the one gain of S_A is chosen."""
-_TRACKING_STEPS = 3
-_RCOND = 1e-2
 Paths = Callable[[FloatArray, FloatArray], FloatArray]
 """From starts (M, n) and targets (M, 3) to angles over normalised time, (M, 101, n)."""
 
@@ -126,41 +122,6 @@ def nearest_mean(examples: Examples) -> Callable[[FloatArray], FloatArray]:
         return np.asarray(means[apart.argmin(axis=1)])
 
     return nearest
-
-
-def straight_hand(examples: Examples) -> PathPredictor:
-    """Take the hand straight to the target along minimum jerk; IK follows by the pseudo-inverse."""
-    chain = examples.chain
-
-    def paths(starts: FloatArray, targets: FloatArray) -> FloatArray:
-        hands = tips(chain, starts)
-        postures = np.repeat(starts[:, None], len(EASE), axis=1)
-        for phase in range(1, len(EASE)):
-            places = hands + (targets - hands) * EASE[phase]
-            postures[:, phase] = _followed(chain, postures[:, phase - 1], places)
-        return postures
-
-    return PathPredictor(learn_linear(examples), paths)
-
-
-def joint_minimum_jerk(examples: Examples) -> PathPredictor:
-    """Take every joint by minimum jerk to the posture that IK finds at the target."""
-    chain = examples.chain
-
-    def paths(starts: FloatArray, targets: FloatArray) -> FloatArray:
-        ends, _ = postures_at(chain, starts, targets)
-        return np.asarray(starts[:, None] + (ends - starts)[:, None] * EASE[:, None])
-
-    return PathPredictor(learn_linear(examples), paths)
-
-
-def _followed(chain: SerialChain, postures: FloatArray, places: FloatArray) -> FloatArray:
-    """Postures (M, n) after steps of the pseudo-inverse to where hands (M, 3) are to be."""
-    for _ in range(_TRACKING_STEPS):
-        misses = (places - tips(chain, postures))[..., None]
-        steps = np.linalg.pinv(jacobians(chain, postures), rcond=_RCOND) @ misses
-        postures = np.clip(postures + steps[..., 0], chain.lower, chain.upper)
-    return postures
 
 
 @dataclass(frozen=True, eq=False)

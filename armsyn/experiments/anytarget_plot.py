@@ -17,7 +17,8 @@ _COLOURS = {
     "reference": "0.35",
     "baseline": "0.65",
     "synergy": "C0",
-    "joined": "C2",
+    "latent": "C2",
+    "joined": "C1",
     "bound": "white",
 }
 

@@ -8,19 +8,17 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 from armsyn.experiments.anytarget_baselines import (
     MeanReach,
-    joint_minimum_jerk,
     nearest_reach,
     raw_ik,
-    straight_hand,
 )
 from armsyn.experiments.anytarget_primitives import dmp, promp, why_missing
-from armsyn.experiments.anytarget_synergies import own_synergy, synergies_by, synergy_fits
+from armsyn.experiments.anytarget_synergies import RIDGE_M, own_synergy, synergies_by, synergy_fits
 from armsyn.motion import FloatArray
 from armsyn.planning.examples import Examples
 from armsyn.planning.prediction import Predicted
 from armsyn.planning.predictor import learn_predictor
 
-Kind = Literal["reference", "baseline", "synergy", "joined", "bound"]
+Kind = Literal["reference", "baseline", "synergy", "latent", "joined", "bound"]
 Lessons = Literal["fold", "repeats", "others", "own"]
 """What a row learns from: the fold; the person's other repeats of the target; other persons'
 reaches to it; all of the person's reaches to it, the predicted one among them."""
@@ -98,19 +96,19 @@ ROWS = (
         )
         for ik, name in (("jt", "J^T"), ("svd", "SVD"), ("njt", "NJ^T"))
     ),
-    Row(
+    _learned(
         "straight",
         "straight hand + IK",
         "baseline",
-        "the hand goes straight by minimum jerk, the joints by pseudo-inverse; time of linear",
-        straight_hand,
+        "the hand goes straight by minimum jerk, the joints by pseudo-inverse; time regressed",
+        "minjerk_hand",
     ),
-    Row(
+    _learned(
         "minjerk",
         "joint minimum jerk",
         "baseline",
-        "every joint by minimum jerk to the posture of IK; time of linear",
-        joint_minimum_jerk,
+        "every joint by minimum jerk to the posture of IK; time regressed",
+        "minjerk",
     ),
     Row(
         "dmp",
@@ -156,9 +154,16 @@ ROWS = (
     _learned(
         "latent",
         "latent",
-        "joined",
+        "latent",
         "whole motions by Gaussian process, then the likeliest deviation to start and target",
         "latent",
+    ),
+    Row(
+        "joined",
+        "joined",
+        "joined",
+        "synergy map, and what it leaves of people's reaches added in latent space",
+        partial(learn_predictor, "joined", ridge=RIDGE_M),
     ),
     Row(
         "own",

@@ -114,10 +114,17 @@ def predict_all(
         For each group, by the rows' keys and in their order, without rows that have nothing to
         learn from.
     """
-    empty = [{row.key: _Gathered.of(group.people) for row in rows} for group in groups]
+    empty: list[dict[str, _Gathered]] = []
+    for group in groups:
+        empty.append({row.key: _Gathered.of(group.people) for row in rows})
+        # What does not learn from the fold is the same however folds are cut
+        for earlier, known in zip(groups, empty[:-1], strict=False):
+            if earlier.people is group.people:
+                empty[-1] |= {row.key: known[row.key] for row in rows if row.lessons != "fold"}
     jobs, places = [], []
     for number, (people, protocol) in enumerate(groups):
-        for family in _families(rows):
+        again = any(people is earlier.people for earlier in groups[:number])
+        for family in _families([row for row in rows if row.lessons == "fold" or not again]):
             for part in _parts(people, family[0], protocol):
                 jobs.append(_job(people, family, part))
                 places.append((number, part.tests))
@@ -170,7 +177,6 @@ def _parts(people: People, row: Row, protocol: Protocol) -> Iterator[Fold]:
     if row.lessons == "fold":
         yield from (fold for fold in folds(people, protocol) if fold.train)
         return
-    # What does not learn from the fold is the same however folds are cut
     for fold in folds(people, "target"):
         place = people.examples.places[fold.tests[0]]
         if row.lessons == "own":

@@ -20,9 +20,8 @@ from armsyn.planning.synergy_fitting import SynergyFits
 from armsyn.synergy.phased import PhasedSynergies
 
 MODEL = "D"
-MANY_PLACES = 12
-USUAL_RIDGE_M = 0.1
-"""Where there are many places the pull towards the common set is not chosen anew for each fold."""
+RIDGE_M = 0.1
+"""Pull of every set towards the common one, not chosen anew for each fold."""
 
 
 def synergy_fits(examples: Examples) -> SynergyFits:
@@ -43,13 +42,12 @@ def synergies_by(fits: SynergyFits, field: str) -> SynergyPredictor:
     Returns
     -------
     SynergyPredictor
-        As `armsyn.planning.synergy_atlas.learn_synergies` learns it from the same examples.
+        As `armsyn.planning.synergy_atlas.learn_synergies` learns it with that ridge.
     """
-    ridge = USUAL_RIDGE_M if fits.groups.max() >= MANY_PLACES else None
     return SynergyPredictor(
         field,
         fits.family,
-        fits.field(field, ridge),
+        fits.field(field, RIDGE_M),
         fits.places.min(axis=0),
         fits.places.max(axis=0),
         learn_movement_time(fits.examples),

@@ -62,8 +62,9 @@ _LOOKS_NOTE = (
 _KINDS = {
     "reference": "reference, shown the target",
     "baseline": "baseline",
-    "synergy": "synergies of this project",
-    "joined": "this project, both papers",
+    "synergy": "synergies, as of the first paper",
+    "latent": "latent motions, as of the second paper",
+    "joined": "both papers joined",
     "bound": "bound, shown the very reach",
 }
 
@@ -249,7 +250,7 @@ def verdict(outcomes: Outcomes, found: Mapping[str, Interval]) -> str:
         kept = "within" if floors <= _PER_FLOOR else "above"
         said[0] += f", {floors:.3f} times the human floor: {kept} the wanted {_PER_FLOOR}"
     if best.row.kind == "baseline":
-        said.append("no row of this project beats this baseline here")
+        said.append("neither synergies nor latent motions beat this baseline here")
     rivals = {
         key: gap
         for key, gap in found.items()
