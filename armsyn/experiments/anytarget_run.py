@@ -114,33 +114,36 @@ def predict_all(
         For each group, by the rows' keys and in their order, without rows that have nothing to
         learn from.
     """
-    empty: list[dict[str, _Gathered]] = []
-    for group in groups:
-        empty.append({row.key: _Gathered.of(group.people) for row in rows})
-        # What does not learn from the fold is the same however folds are cut
-        for earlier, known in zip(groups, empty[:-1], strict=False):
-            if earlier.people is group.people:
-                empty[-1] |= {row.key: known[row.key] for row in rows if row.lessons != "fold"}
+    gathered: dict[_Key, _Gathered] = {}
     jobs, places = [], []
-    for number, (people, protocol) in enumerate(groups):
-        again = any(people is earlier.people for earlier in groups[:number])
-        for family in _families([row for row in rows if row.lessons == "fold" or not again]):
-            for part in _parts(people, family[0], protocol):
-                jobs.append(_job(people, family, part))
-                places.append((number, part.tests))
+    for group in groups:
+        new = [row for row in rows if _key(group, row) not in gathered]
+        gathered |= {_key(group, row): _Gathered.of(group.people) for row in new}
+        for family in _families(new):
+            for part in _parts(group.people, family[0], group.protocol):
+                jobs.append(_job(group.people, family, part))
+                places.append(([gathered[_key(group, row)] for row in family], part.tests))
     for done, (number, found) in enumerate(each(_work, jobs, checked_workers(workers, len(jobs)))):
-        group, tests = places[number]
-        for row, one in zip(jobs[number].rows, found, strict=True):
-            empty[group][row.key].put(tests, one)
+        for place, one in zip(places[number][0], found, strict=True):
+            place.put(places[number][1], one)
         on_progress("reaches predicted", done + 1, len(jobs), jobs[number].rows[0].title)
     return [
         {
-            row.key: gathered[row.key].outcome(row, *group)
+            row.key: gathered[_key(group, row)].outcome(row, *group)
             for row in rows
-            if gathered[row.key].is_full
+            if gathered[_key(group, row)].is_full
         }
-        for group, gathered in zip(groups, empty, strict=True)
+        for group in groups
     ]
+
+
+_Key = tuple[int, str, Protocol | None]
+
+
+def _key(group: Group, row: Row) -> _Key:
+    """Return what is predicted once: without folds to learn from they may be cut in any way."""
+    protocol = group.protocol if row.lessons == "fold" else None
+    return id(group.people), row.key, protocol
 
 
 class _Gathered(NamedTuple):
