@@ -10,7 +10,7 @@ from armsyn.errors import CaptureError
 from armsyn.motion.captures import load_captures
 from armsyn.motion.retargeting import retarget
 from armsyn.planning.continuous import continuous_postures
-from armsyn.planning.examples import PHASE, examples_on_arm
+from armsyn.planning.examples import PHASE, examples_of_people, examples_on_arm
 from armsyn.planning.postures import tips
 
 
@@ -48,3 +48,18 @@ def test_joints_do_not_swing_where_an_arm_passes_a_singularity(captures: Path) -
 def test_nothing_captured_is_refused() -> None:
     with pytest.raises(CaptureError, match="no captured"):
         examples_on_arm(load_arm("koch", calibrated=False), [])
+
+
+def test_examples_of_a_person_end_at_their_targets(captures: Path) -> None:
+    assert captures
+    examples = examples_of_people("S01")
+    assert examples.size == 100
+    assert set(examples.subjects) == {"S01"}
+    assert len(set(examples.places)) == 7
+    assert examples.angles.shape == (100, 101, 4)
+    assert np.allclose(tips(examples.chain, examples.angles[:, -1]), examples.targets)
+    whole = examples_of_people("S01", cut="segment")
+    assert (whole.durations > examples.durations).mean() > 0.9
+    some = examples.only(np.array(examples.places) == "R-9")
+    assert set(some.places) == {"R-9"}
+    assert some.size == examples.places.count("R-9")

@@ -1,7 +1,6 @@
 """Predicted reaches: exact start, end within a millimetre, times and the captured workspace."""
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,53 +8,15 @@ from scipy.optimize import minimize
 
 from armsyn.arm import load_arm
 from armsyn.errors import CaptureError, InputError
-from armsyn.planning.examples import PHASE, examples_of_people
-from armsyn.planning.features import Kernel, best_kernel, regression
-from armsyn.planning.hull import Hull
+from armsyn.planning.examples import PHASE
+from armsyn.planning.features import Kernel
 from armsyn.planning.latent import learn_latent
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor, StraightHandPredictor
-from armsyn.planning.movement_time import learn_movement_time
-from armsyn.planning.postures import jacobians, postures_at, tips
+from armsyn.planning.postures import tips
 from armsyn.planning.predictor import learn_predictor
 from tests.planning.people import made_examples
 
 RANDOM = np.random.default_rng(5)
-
-
-@pytest.mark.parametrize("name", ["hug_mp4", "human7", "koch", "viperx_300s"])
-def test_jacobians_of_many_postures_are_those_of_each(name: str) -> None:
-    chain = load_arm(name, calibrated=False).chain
-    q = RANDOM.uniform(chain.lower, chain.upper, (20, chain.dof))
-    for one, J in zip(q, jacobians(chain, q), strict=True):
-        assert np.allclose(J, chain.jacobian(one), atol=1e-12)
-
-
-def test_postures_reach_what_can_be_reached_and_stay_within_limits() -> None:
-    chain = load_arm("human7", calibrated=False).chain
-    goal = RANDOM.uniform(0.8 * chain.lower, 0.8 * chain.upper, (500, 7))
-    near = np.clip(goal + RANDOM.normal(0.0, 0.3, goal.shape), chain.lower, chain.upper)
-    targets = tips(chain, goal)
-    found, errors = postures_at(chain, near, targets)
-    assert np.mean(errors < 1e-4) > 0.99
-    assert (found >= chain.lower).all()
-    assert (found <= chain.upper).all()
-    assert np.allclose(np.linalg.norm(tips(chain, found) - targets, axis=1), errors, atol=1e-12)
-    _, errors = postures_at(chain, near[:1], np.array([[2.0, 0.0, 0.0]]))
-    assert errors[0] > 1.0
-
-
-def test_distance_to_the_hull_is_that_of_an_optimiser() -> None:
-    points = RANDOM.normal(0.0, 0.2, (30, 3))
-    hull, asked = Hull.of(points), RANDOM.normal(0.0, 0.6, (40, 3))
-    planes = {"type": "ineq", "fun": lambda x: -(hull.planes[:, :3] @ x + hull.planes[:, 3])}
-    for one, outside in zip(asked, hull.outside(asked), strict=True):
-        found = minimize(
-            lambda x, one=one: np.sum((x - one) ** 2), points.mean(axis=0), constraints=[planes]
-        )
-        assert outside == pytest.approx(np.linalg.norm(found.x - one), abs=1e-3)
-    assert not hull.outside(points).any()
-    with pytest.raises(CaptureError, match="plane"):
-        Hull.of(np.column_stack([points[:, :2], np.zeros(30)]))
 
 
 WHOLE_MOTIONS = ("linear", "latent", "minjerk", "minjerk_hand")
@@ -174,52 +135,6 @@ def test_joints_stay_within_their_limits_on_the_way() -> None:
     assert found.reached.all()
 
 
-def test_more_time_is_predicted_for_a_farther_target() -> None:
-    examples = made_examples()
-    time = learn_movement_time(examples)
-    hands = tips(examples.chain, examples.starts)
-    way = np.linalg.norm(examples.targets - hands, axis=1)
-    slow = learn_movement_time(dataclasses.replace(examples, durations=0.5 + way))
-    predicted = slow(examples.chain, examples.starts, examples.targets)
-    assert np.corrcoef(predicted, way)[0, 1] > 0.9
-    far = time(examples.chain, examples.starts[:1], np.array([[9.0, 0.0, 0.0]]))
-    assert far[0] <= examples.durations.max()
-
-
-def test_a_bend_is_learned_where_enough_targets_show_it() -> None:
-    draw = np.random.default_rng(2)
-    x = draw.uniform(-1, 1, (60, 3))
-    y = np.sin(3 * x[:, :1]) + 0.01 * draw.normal(size=(60, 1))
-    names = tuple(str(row) for row in range(60))
-    kernels = (Kernel(1.0), Kernel(1.0, 100.0))
-    assert best_kernel(x, y, names, kernels) == kernels[1]
-    assert best_kernel(x, x @ [[1.0], [2.0], [3.0]], names, kernels) == kernels[0]
-    assert best_kernel(x, y, ("a", "b", "c") * 20, kernels) == kernels[0]
-
-
-def test_ridge_regression_is_that_of_its_normal_equations() -> None:
-    draw = np.random.default_rng(2)
-    x, y = draw.normal(2.0, 3.0, (30, 3)), draw.normal(size=(30, 2))
-    z = (x - x.mean(axis=0)) / x.std(axis=0)
-    slopes = np.linalg.solve(z.T @ z + 10 * np.eye(3), z.T @ (y - y.mean(axis=0)))
-    assert np.allclose(regression(x, y, Kernel(0.1))(x), y.mean(axis=0) + z @ slopes)
-
-
 def test_an_unknown_predictor_is_refused_by_name() -> None:
     with pytest.raises(InputError, match="known: linear"):
         learn_predictor("guess", made_examples())
-
-
-def test_examples_of_a_person_end_at_their_targets(captures: Path) -> None:
-    assert captures
-    examples = examples_of_people("S01")
-    assert examples.size == 100
-    assert set(examples.subjects) == {"S01"}
-    assert len(set(examples.places)) == 7
-    assert examples.angles.shape == (100, 101, 4)
-    assert np.allclose(tips(examples.chain, examples.angles[:, -1]), examples.targets)
-    whole = examples_of_people("S01", cut="segment")
-    assert (whole.durations > examples.durations).mean() > 0.9
-    some = examples.only(np.array(examples.places) == "R-9")
-    assert set(some.places) == {"R-9"}
-    assert some.size == examples.places.count("R-9")
