@@ -85,4 +85,4 @@ def _to_triangles(points: FloatArray, triangles: FloatArray) -> FloatArray:
 def _to_edges(points: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
     edge, away = last - first, points - first
     share = np.einsum("ka,ka->k", edge, away) / np.einsum("ka,ka->k", edge, edge)
-    return np.linalg.norm(away - np.clip(share, 0.0, 1.0)[:, None] * edge, axis=1)
+    return np.asarray(np.linalg.norm(away - np.clip(share, 0.0, 1.0)[:, None] * edge, axis=1))

@@ -33,4 +33,4 @@ def test_latent_predictions_of_a_target_left_out_beat_linear_ones(
         found[kind] = np.concatenate(apart).mean(), np.square(np.concatenate(late)).mean()
     assert found["latent"][0] < 0.95 * found["linear"][0]
     assert found["linear"][0] < 0.7 * found["minjerk"][0]
-    assert found["latent"][1] <= found["linear"][1] < examples.durations.var()
+    assert found["latent"][1] < 0.75 * examples.durations.var()
