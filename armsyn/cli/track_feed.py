@@ -145,7 +145,7 @@ class TargetFeed(threading.Thread):
             end = self._ends.get()
             target: NumberedTarget = end.aim.tag
             self._say(
-                "arrived" if end.arrived else "replaced",
+                end.how,
                 target.number,
                 target.line.id,
                 t_s=end.time,

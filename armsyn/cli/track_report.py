@@ -109,9 +109,9 @@ def _text(event: dict[str, Any]) -> str:
                 f"{event['t_s']:8.3f} s  {name}: to {where}, like {event['like']},"
                 f" {event['time_scale']:.2f} times slower, about {event['expected_s']:.2f} s"
             )
-        case "arrived":
+        case "arrived" | "missed" as how:
             took = f"{event['error_mm']:.1f} mm from it after {event['time_s']:.2f} s"
-            return f"{event['t_s']:8.3f} s  {name}: arrived, {took}"
+            return f"{event['t_s']:8.3f} s  {name}: {how}, {took}"
         case "replaced":
             left = f"still {event['error_mm']:.0f} mm away"
             return f"{event['t_s']:8.3f} s  {name}: left for another, {left}"
@@ -185,7 +185,7 @@ def _say_end(
     recording: Recording, ending: Ending, teller: Teller, written: dict[str, str | None]
 ) -> None:
     rms = recording.tracking_rms()
-    kinds = ("accepted", "arrived", "replaced", "passed_over", *REFUSALS)
+    kinds = ("accepted", "arrived", "missed", "replaced", "passed_over", *REFUSALS)
     counts = {kind: teller.counts[kind] for kind in kinds}
     if teller.as_json:
         teller.line(

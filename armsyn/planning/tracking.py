@@ -12,7 +12,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,8 +38,14 @@ CORRECTION_S = 0.1
 LEAD_S = 0.02
 """How far ahead the first try plans the moment at which the arm turns to a new target, s."""
 
+LONGEST_LEAD_S = 0.16
+"""The same for a busy machine: each planning that was late doubles it."""
+
 ARRIVED_M = 1e-3
 """m between measured hand and target within which the hand has arrived."""
+
+MISSED_M = 5e-3
+"""m beyond which a hand that can be brought no nearer has missed its target."""
 
 SETTLE_S = 0.1
 """Seconds that the commanded hand is at its target before the measured one is looked at."""
@@ -47,8 +53,8 @@ SETTLE_S = 0.1
 PATIENCE_S = 1.5
 """Seconds after that in which the measured hand may still be brought nearer."""
 
-LONGEST_LEAD_S = 0.16
-"""The same for a busy machine: each planning that was late doubles it."""
+LATE_S = 5.0
+"""Seconds after which a hand that should have arrived by then is given up."""
 
 _TRIES = 4
 
@@ -86,6 +92,9 @@ class Aim:
     tag: Any = None
 
 
+End = Literal["arrived", "replaced", "missed"]
+
+
 class Arrival(NamedTuple):
     """The end of following a target.
 
@@ -96,14 +105,15 @@ class Arrival(NamedTuple):
         s of the stream.
     error : float
         m from the measured hand to the target.
-    arrived : bool
-        False where another target came first.
+    how : {"arrived", "replaced", "missed"}
+        Replaced by another target before it arrived; missed where something keeps the hand
+        away that corrections do not overcome.
     """
 
     aim: Aim
     time: float
     error: float
-    arrived: bool
+    how: End
 
 
 @dataclass
@@ -130,7 +140,7 @@ class _Following:
 
 
 class _Moment(NamedTuple):
-    """What planning starts from; never written to."""
+    """What planning starts from; its state is never written to."""
 
     t: float
     state: State
@@ -230,7 +240,7 @@ class ReachTracker:
             self._lead = min(2.0 * self._lead, LONGEST_LEAD_S)  # planning took longer than that
         self._lead = max(0.9 * self._lead, LEAD_S)
         for other in passed:
-            self.on_end(Arrival(other, moment.t, self._error_now(other), arrived=False))
+            self.on_end(Arrival(other, moment.t, self._error_now(other), "replaced"))
         return aim
 
     def _put_in(self, aim: Aim) -> list[Aim]:
@@ -335,22 +345,24 @@ class ReachTracker:
             turned = _Following(aims[-1], self._begun(aims[-1], self._state), before.t)
             self._moment = before._replace(following=turned)
         for aim in aims[:-1]:  # the host was late for them
-            self.on_end(Arrival(aim, before.t, self._error_now(aim), arrived=False))
+            self.on_end(Arrival(aim, before.t, self._error_now(aim), "replaced"))
         if following is not None and not following.settled:
             error = self._error_now(following.aim)
-            self.on_end(Arrival(following.aim, before.t, error, arrived=False))
+            self.on_end(Arrival(following.aim, before.t, error, "replaced"))
         return turned
 
     def _look(self, following: _Following, state: Measured, t: float, near: float) -> None:
         """See whether the hand has arrived, the commanded one having been there `near` s more."""
         following.near_for = max(0.0, following.near_for + near)
-        if following.near_for < SETTLE_S:
+        late = t - following.since > following.aim.planned.duration + LATE_S
+        if following.near_for < SETTLE_S and not late:
             return
         known = np.isfinite(state.position)
         error = self._error(following.aim, np.where(known, state.position, self._state.seen))
-        if error <= ARRIVED_M or following.near_for >= PATIENCE_S:
+        if error <= ARRIVED_M or following.near_for >= PATIENCE_S or late:
             following.settled = True
-            self.on_end(Arrival(following.aim, t, error, arrived=True))
+            how: End = "arrived" if error <= MISSED_M else "missed"
+            self.on_end(Arrival(following.aim, t, error, how))
 
     def _error(self, aim: Aim, posture: FloatArray) -> float:
         hand = self.planner.arm.chain.forward(posture).tip

@@ -151,7 +151,8 @@ def main() -> int:
     worst = max(worst, 1e6 * statistics.median(ticks))
     print(f"{ARMS[0]}, in a stream of {options.seconds:g} s with ten targets a second")
     print(line("a tick, in the stream", ticks))
-    print(f"  {missed:.1%} of the ticks missed")
+    if np.isfinite(missed):
+        print(f"  {missed:.1%} of the ticks missed")
     return int(worst > GOAL_US)
 
 
