@@ -89,8 +89,11 @@ def test_the_nearest_mean_is_of_the_nearest_target(people: People) -> None:
     )
 
 
-def test_packages_of_primitives_are_there_in_tests() -> None:
+def test_what_is_not_installed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     assert why_missing() is None
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    assert why_missing() == "not installed: movement_primitives (armsyn[test])"
+    assert {row.key for row in ROWS if row.missing()} == {"dmp", "promp"}
 
 
 @pytest.fixture(scope="module")
