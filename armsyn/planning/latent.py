@@ -33,11 +33,17 @@ KERNELS = (
 )
 """Straight lines first: they are taken where too few targets leave nothing to choose by."""
 DAMPING = 1.0
+METRES_PER_RADIAN = 0.5
+"""What a spread of joint angles at the end counts for the hand."""
 VARIANCE = 0.999
 """Share of the motions' variance that their principal components keep."""
 MOST_SIGMA = 4.0
 """Norm of the deviation, in standard deviations of people's own: a start or target that asks for
 more is none that they would vary to, and the rest of the way is not theirs."""
+LEAST_START_RAD = 0.02
+LEAST_END_M = 0.005
+"""Captures that all start alike (hands laid on an arm's own at rest) say nothing about what another
+start changes: their deviations are not stretched to meet it."""
 _STEPS = 4
 
 
@@ -162,22 +168,26 @@ def learn_latent(
         kernel = best_kernel(examples.targets, scores, examples.places, KERNELS)
     fit = regression(examples.targets, scores, kernel)
     deviations = _principal(motions - mean - fit(examples.targets) @ components)
-    n = examples.chain.dof
-    spread = np.concatenate(
-        [
-            np.full(n, np.sqrt((deviations[:, :n] ** 2).sum(axis=0).mean())),
-            np.full(3, 0.5 * np.sqrt((deviations[:, -n:] ** 2).sum(axis=0).mean())),
-        ]
-    )
     return LatentPredictor(
         examples.chain,
         fit,
         components,
         mean,
         deviations,
-        damping * spread,
+        _softness(deviations, examples.chain.dof, damping),
         learn_movement_time(examples),
         Hull.of(examples.targets),
+    )
+
+
+def _softness(deviations: FloatArray, n: int, damping: float) -> FloatArray:
+    """Return how firmly start posture and end are met, shape (n + 3,), rad and m."""
+    start, end = (
+        damping * float(np.sqrt((part**2).sum(axis=0).mean()))
+        for part in (deviations[:, :n], deviations[:, -n:])
+    )
+    return np.array(
+        [max(start, LEAST_START_RAD)] * n + [max(METRES_PER_RADIAN * end, LEAST_END_M)] * 3
     )
 
 

@@ -107,6 +107,16 @@ def test_what_repeats_vary_together_is_corrected_together() -> None:
     assert apart[3] == pytest.approx(-0.14, abs=0.03)
 
 
+def test_captures_that_start_alike_are_not_stretched_to_another_start() -> None:
+    examples = made_examples(noise=0.05)
+    alike = examples.angles + (examples.starts[0] - examples.starts)[:, None] * (1 - PHASE)[:, None]
+    model = learn_latent(dataclasses.replace(examples, angles=alike))
+    starts, targets = examples.starts[:1] + np.array([[0.0], [0.2]]), examples.targets[[0, 0]]
+    near, far = model.deviation(model.fit(targets), starts, targets)
+    assert np.abs(far - near).max() < 1e-6
+    assert model.predict(starts, targets).reached.all()
+
+
 def test_minimum_jerk_has_its_closed_form_and_needs_no_captures() -> None:
     chain = load_arm("human7", calibrated=False).chain
     starts, ends = RANDOM.uniform(0.5 * chain.lower, 0.5 * chain.upper, (2, 10, 7))
