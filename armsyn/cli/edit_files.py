@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
     from armsyn.editing import EditResult, MotionModel
     from armsyn.editing.report import Scored
+    from armsyn.motion.body import BodyMotion
 
 
 def check_outputs(options: dict[str, Any]) -> None:
@@ -88,7 +89,7 @@ def write(
     bound : float
         Standard deviations beyond which an edit is refused unless forced.
     notes : list of str
-        What the safety's check found.
+        What the safety's check found; what else is to be said is added.
     options : dict
         Of the command.
 
@@ -108,7 +109,7 @@ def write(
 
     out, clip = options["out"], result.clip
     if isinstance(clip, BodyMotion) and out.suffix.lower() != ".csv":
-        write_body(out, clip)
+        write_body(out, _as_written(clip, result, out, notes))
     else:
         write_motion(out, clip.as_motion() if isinstance(clip, BodyMotion) else clip)
     if options["latent"] is not None:
@@ -119,6 +120,20 @@ def write(
         write_page(options["page"], result, scored, bound, notes)
     if options["plot"] is not None:
         save_picture(options["plot"], result, bound)
+
+
+def _as_written(clip: BodyMotion, result: EditResult, out: Path, notes: list[str]) -> BodyMotion:
+    """A clip as its format takes it: BVH has one frame time."""
+    from armsyn.editing import SkeletonFigure
+    from armsyn.editing.sampling import evenly_sampled
+
+    if out.suffix.lower() != ".bvh":
+        return clip
+    assert isinstance(result.figure, SkeletonFigure)  # noqa: S101 - of a body
+    even = evenly_sampled(clip, result.figure)
+    if even is not clip:
+        notes.append(f"BVH has one frame time: {clip.frames} frames became {even.frames} even ones")
+    return even
 
 
 def tell(result: EditResult, scored: Scored, notes: list[str], options: dict[str, Any]) -> None:

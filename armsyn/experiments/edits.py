@@ -14,12 +14,10 @@ from armsyn.editing import (
     Editor,
     EditResult,
     MotionModel,
-    SkeletonFigure,
     SolverOptions,
     edit_in_joint_space,
     load_clips,
 )
-from armsyn.editing.pattern.timing import normalised_poses
 from armsyn.experiments.learned import Progress
 from armsyn.experiments.settings import Settings
 from armsyn.motion.body import BodyMotion
@@ -69,23 +67,6 @@ class Method(NamedTuple):
     seconds: float
     before: Likeness
     after: Likeness
-
-
-def at_frames(clip: BodyMotion, figure: SkeletonFigure, frames: int) -> BodyMotion:
-    """Return a clip normalised in time to so many frames, as the pattern has it."""
-    poses = normalised_poses(clip.time, figure.poses(clip), figure.turns, frames)
-    count, moved = figure.skeleton.joints, None
-    if figure.moving:
-        moved = np.zeros((frames, count, 3))
-        moved[:, figure.moving] = poses[:, 3 + 3 * count :].reshape(frames, -1, 3)
-    return BodyMotion(
-        np.linspace(0.0, clip.time[-1] - clip.time[0], frames),
-        figure.skeleton,
-        poses[:, 3 : 3 + 3 * count].reshape(frames, count, 3),
-        poses[:, :3],
-        moved,
-        clip.source,
-    )
 
 
 def made_with(

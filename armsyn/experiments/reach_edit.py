@@ -19,6 +19,7 @@ from armsyn.editing import (
     learn_model,
 )
 from armsyn.editing.pictures import FRONT
+from armsyn.editing.sampling import at_frames
 from armsyn.experiments.edit_tables import (
     draw,
     mean_table,
@@ -30,7 +31,6 @@ from armsyn.experiments.edits import (
     OPTIONS,
     Method,
     as_in_paper,
-    at_frames,
     begin,
     compare,
     edit_each,

@@ -152,7 +152,7 @@ class MotionModel:
         array, shape (instants, m, n)
             rad and m a standard deviation.
         """
-        return _between_frames(self.directions.swapaxes(0, 1), at)
+        return _between_frames(self.directions.swapaxes(0, 1), at, self._spline)
 
     def change_at(self, added: FloatArray, at: FloatArray) -> FloatArray:
         """Return what adding whitened coefficients, shape (m,), changes at phases.
@@ -168,7 +168,13 @@ class MotionModel:
         array, shape (instants, n)
             rad and m.
         """
-        return _between_frames(np.tensordot(added, self.directions, 1), at)
+        change = np.tensordot(added, self.directions, 1)
+        return _between_frames(change, at, None)
+
+    @cached_property
+    def _spline(self) -> CubicSpline:
+        """Through the directions, (frames, m, n)."""
+        return CubicSpline(np.arange(self.frames), self.directions.swapaxes(0, 1))
 
     def nearest_example(self, coefficients: FloatArray) -> tuple[str, float]:
         """Return the example nearest to coefficients, shape (m,), and how far it is, sigma."""
@@ -179,15 +185,17 @@ class MotionModel:
         return self.names[nearest], float(gaps[nearest])
 
 
-def _between_frames(values: FloatArray, at: FloatArray) -> FloatArray:
+def _between_frames(values: FloatArray, at: FloatArray, spline: CubicSpline | None) -> FloatArray:
     """Interpolate values, shape (frames, ...), at phases; frames themselves are exact.
 
     By cubic splines: a clip at another rate than the pattern gets no step of its speed at each of
     the pattern's frames, which would be an acceleration that no arm can follow.
     """
-    whole = np.round(at).astype(np.int64)
-    if np.array_equal(whole, at):
-        return np.asarray(values[whole])
-    between = CubicSpline(np.arange(len(values)), values)(at)
-    between[whole == at] = values[whole[whole == at]]
+    nearest = np.round(at).astype(np.int64)
+    whole = nearest == at
+    if whole.all():
+        return np.asarray(values[nearest])
+    spline = spline or CubicSpline(np.arange(len(values)), values)
+    between = spline(at)
+    between[whole] = values[nearest[whole]]
     return np.asarray(between)
