@@ -101,7 +101,7 @@ def leaves_range(chain: SerialChain, angles: FloatArray) -> LimitError | None:
     )
 
 
-def within_ranges(chain: SerialChain, angles: FloatArray) -> FloatArray:
+def within_ranges(chain: SerialChain, angles: FloatArray, *, inset: bool = False) -> FloatArray:
     """Bend a motion back into the joints' ranges; start and end stay, the hand on its path.
 
     A joint that would leave its range nears its limit smoothly instead, and the others bring the
@@ -112,13 +112,15 @@ def within_ranges(chain: SerialChain, angles: FloatArray) -> FloatArray:
     chain : SerialChain
     angles : array, shape (phases, n)
         rad or m; the first and the last row within the limits.
+    inset : bool
+        Bend also a motion whose samples are within the ranges, for the spline through them is not.
 
     Returns
     -------
     array, shape (phases, n)
         Within the limits, unless `leaves_range` still says otherwise.
     """
-    if leaves_range(chain, angles) is None:
+    if not inset and leaves_range(chain, angles) is None:
         return angles
     ends = angles[[0, -1]]
     lower = np.minimum(chain.lower + _INSET, ends.min(axis=0))

@@ -1,12 +1,14 @@
 """Make a predicted motion one that an arm may follow, or say why it may not.
 
 What is predicted is brought to its end, bent into the joints' ranges and slowed. If its hand then
-speeds up more than once, every joint goes its way by minimum jerk instead; if it touches something,
-or a limit does not hold, it is tried again with the elbow elsewhere at its end; and then refused.
+speeds up more than once, it is mixed with minimum jerk of every joint, as little as helps; if it
+touches something, or a limit does not hold, it is tried again with the elbow elsewhere at its end;
+and then refused.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -16,7 +18,6 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
 from armsyn.kernels.reaches import ALLOWED
-from armsyn.motion.filtering import hand_speed
 from armsyn.motion.peaks import count_peaks
 from armsyn.planning.bending import keeping_hand, leaves_range, to_end, within_ranges
 from armsyn.planning.end_posture import end_posture, fulfilled
@@ -29,10 +30,14 @@ from armsyn.planning.postures import tips
 from armsyn.planning.swivel import swivels
 from armsyn.planning.timing import in_time
 from armsyn.safety import check_trajectory
+from armsyn.scoring import movement
 
 FloatArray = NDArray[np.float64]
 
-_SWING = 2e-3
+SHARES = (0.25, 0.5, 0.75, 1.0)
+"""Of minimum jerk that are tried where a hand would speed up more than once."""
+
+_SWING = 1e-4
 """rad (or m) by which a spline between samples within a range may leave it, and is put right."""
 
 
@@ -43,21 +48,32 @@ class Finished(NamedTuple):
     ----------
     angles : array, shape (frames, n)
         At the rate that was asked for, rad or m.
+    positions : array, shape (frames, n + 1, 3)
+        Of every joint and the tip then, m.
     time_scale : float
         kappa.
     swivel_m : float or None
         By how much the elbow ends elsewhere, m; None for the motion as predicted.
-    evened : bool
-        Whether every joint goes by minimum jerk instead of as predicted.
+    evened : float
+        How much of it is minimum jerk of every joint instead of what was predicted, 0 to 1.
     refused : str
         Why the predicted motion was, if it was.
     """
 
     angles: FloatArray
+    positions: FloatArray
     time_scale: float
     swivel_m: float | None = None
-    evened: bool = False
+    evened: float = 0.0
     refused: str = ""
+
+
+class _Way(NamedTuple):
+    """Another motion over phase to the target; see `Finished`."""
+
+    angles: FloatArray
+    swivel_m: float | None
+    evened: float
 
 
 def finished(
@@ -92,38 +108,35 @@ def finished(
         return checked(arm, angles, duration, rate_hz)
     except RefusedMotionError as error:
         refused = error
-    tried = 0
     for way in _other_ways(arm, angles, task, uneven=isinstance(refused, UnevenError)):
-        tried += way.evened is False
         try:
             done = checked(arm, way.angles, duration, rate_hz)
         except RefusedMotionError:  # the first refusal is the one that is told
             continue
         return done._replace(swivel_m=way.swivel_m, evened=way.evened, refused=str(refused))
-    if tried:
-        refused.add("other swivels of the arm were tried, too")
+    refused.add("other ways, with other swivels of the arm, were tried, too")
     raise refused
 
 
 def _other_ways(
     arm: ArmDescription, angles: FloatArray, task: HandTask, *, uneven: bool
-) -> Iterator[Finished]:
-    """What else may serve, as predictions over phase; the one that is likeliest to first."""
-    here = Finished(_evened(angles[0], angles[-1]), 1.0, evened=True)
+) -> Iterator[_Way]:
+    """What else may serve; the one that is likeliest to first."""
+    here = (_Way(_evened(angles, share), None, share) for share in SHARES)
     if uneven:
-        yield here
+        yield from here
     for swivel in swivels(arm.chain, task, angles[-1]):
         for way in _ways(arm, angles, swivel.posture):
-            yield Finished(way, 1.0, swivel.moved_m)
-        even = _evened(angles[0], swivel.posture)
-        yield Finished(even, 1.0, swivel.moved_m, evened=True)
+            yield _Way(way, swivel.moved_m, 0.0)
+        yield _Way(_evened(way, 1.0), swivel.moved_m, 1.0)
     if not uneven:
-        yield here
+        yield from here
 
 
-def _evened(start: FloatArray, end: FloatArray) -> FloatArray:
-    """Every joint by minimum jerk."""
-    return np.asarray(start + EASE[:, None] * (end - start))
+def _evened(angles: FloatArray, share: float) -> FloatArray:
+    """Mix a share of minimum jerk of every joint into a motion."""
+    even = angles[0] + EASE[:, None] * (angles[-1] - angles[0])
+    return np.asarray(angles + share * (even - angles))
 
 
 def reach_of(
@@ -156,9 +169,11 @@ def reach_of(
     -------
     PlannedReach
     """
-    distance, angle = task.errors(arm.chain, done.angles[-1])
+    distance, angle = math.dist(task.goal, done.positions[-1, -1]), 0.0
+    if task.orientation is not None:
+        _, angle = task.errors(arm.chain, done.angles[-1])
     return PlannedReach(
-        trajectory_of(arm, done.angles, rate_hz, source),
+        trajectory_of(arm, done.angles, done.positions, rate_hz, source),
         task.goal,
         plan,
         done.time_scale,
@@ -217,46 +232,60 @@ def checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: f
     UnevenError
         The hand's speed has more than one peak.
     """
-    bent = within_ranges(arm.chain, angles)
-    if outside := leaves_range(arm.chain, bent):
-        raise outside
+    chain = arm.chain
+    bent = within_ranges(chain, angles)
     paced = pace(arm, bent[None], np.array([duration]), rate_hz)
+    if _swing(arm, paced.paths) > _SWING:  # the spline between samples that are within
+        bent = within_ranges(chain, angles, inset=True)
+        paced = pace(arm, bent[None], np.array([duration]), rate_hz)
+    if outside := leaves_range(chain, bent):
+        raise outside
     samples, scale = paced.path(0), float(paced.scales[0])
     if not len(samples):  # which then is refused here, by the joint's name
         samples, scale = in_time(bent, duration, arm, rate_hz)
-    swing = np.clip(samples, arm.chain.lower, arm.chain.upper) - samples
-    if np.abs(swing).max() < _SWING:
-        samples += swing
+    if _swing(arm, samples) < _SWING:
+        np.clip(samples, chain.lower, chain.upper, out=samples)
     if judge(arm, paced).kinds[0] != ALLOWED:  # said in the driver's own words
-        check_trajectory(trajectory_of(arm, samples, rate_hz, "the reach"), arm)
-    if uneven := uneven_speed(arm, samples, rate_hz):
+        positions = chain.positions(samples)
+        check_trajectory(trajectory_of(arm, samples, positions, rate_hz, "the reach"), arm)
+    positions = arm.chain.positions(samples)
+    if uneven := uneven_speed(positions[:, -1], rate_hz):
         raise uneven
-    return Finished(samples, scale)
+    return Finished(samples, positions, scale)
 
 
-def uneven_speed(arm: ArmDescription, samples: FloatArray, rate_hz: float) -> UnevenError | None:
+def _swing(arm: ArmDescription, samples: FloatArray) -> float:
+    """How far samples leave the joints' ranges, rad or m."""
+    beyond = np.maximum(arm.chain.lower - samples, samples - arm.chain.upper)
+    return float(beyond.max(initial=0.0))
+
+
+def uneven_speed(hand: FloatArray, rate_hz: float) -> UnevenError | None:
     """Return the refusal of a motion whose hand speeds up more than once; None for a bell.
 
     Peaks are those of `armsyn.scoring`: of the speed as it is, or else filtered as there.
 
     Parameters
     ----------
-    arm : ArmDescription
-    samples : array, shape (frames, n)
-        rad or m, at `rate_hz`.
+    hand : array, shape (frames, 3)
+        m, at `rate_hz`.
     rate_hz : float
     """
-    hand = tips(arm.chain, samples)
     speed = np.linalg.norm(np.diff(hand, axis=0), axis=1) * rate_hz
     if not speed.size or count_peaks(speed, rate_hz) <= 1:
         return None
-    profile = hand_speed(np.arange(len(hand)) / rate_hz, hand)
-    peaks = count_peaks(profile.speed, profile.rate)
+    peaks = count_peaks(*_movement(hand, rate_hz))
     if peaks <= 1:
         return None
     return UnevenError(
         f"the hand would speed up {peaks} times on its way: go by way of another target", peaks
     )
+
+
+def _movement(hand: FloatArray, rate_hz: float) -> tuple[FloatArray, float]:
+    """The hand's speed from onset to offset, m/s, and its rate, as it is measured of any motion."""
+    moved = movement(np.arange(len(hand)) / rate_hz, hand)
+    return moved.speed, moved.rate
 
 
 class UnevenError(RefusedMotionError):

@@ -77,11 +77,12 @@ class MotionPlanner:
         distance, angle = task.errors(arm.chain, start)
         if distance <= THERE_M and fulfilled(task, distance, angle):
             angles = np.repeat(start[None], PHASES, axis=0)
-        hand = arm.chain.positions(start[None])[0, -1]
+        done = finished(arm, angles, duration, task, rate_hz)
+        hand = done.positions[0, -1]
         return reach_of(
             arm,
             task,
-            finished(arm, angles, duration, task, rate_hz),
+            done,
             rate_hz,
             plan=self.name,
             duration_s=duration,

@@ -42,9 +42,9 @@ class PlannedReach:
         captured is known.
     swivel_m : float or None
         By how much another swivel moves the arm (its elbow) at the end, m; None for the first.
-    evened : bool
-        Whether every joint goes by minimum jerk, for as predicted the hand would speed up more than
-        once, or no way was free.
+    evened : float
+        How much of every joint's way is minimum jerk, 0 to 1, where as predicted the hand would
+        speed up more than once, or no way was free.
     refused : str
         Why the motion as predicted was, if it was.
     learned : LearnedReach or None
@@ -67,7 +67,7 @@ class PlannedReach:
     error_m: float
     outside_m: float | None = None
     swivel_m: float | None = None
-    evened: bool = False
+    evened: float = 0.0
     refused: str = ""
     learned: LearnedReach | None = None
     synergy: SynergySet | None = None
@@ -82,7 +82,9 @@ class PlannedReach:
         return self.trajectory.angles
 
 
-def trajectory_of(arm: ArmDescription, angles: FloatArray, rate_hz: float, source: str) -> Motion:
+def trajectory_of(
+    arm: ArmDescription, angles: FloatArray, positions: FloatArray, rate_hz: float, source: str
+) -> Motion:
     """Make sampled angles a motion of an arm, which holds its last posture for `SETTLE_S`.
 
     Parameters
@@ -90,6 +92,8 @@ def trajectory_of(arm: ArmDescription, angles: FloatArray, rate_hz: float, sourc
     arm : ArmDescription
     angles : array, shape (frames, n)
         rad or m.
+    positions : array, shape (frames, n + 1, 3)
+        As of `SerialChain.positions`, m.
     rate_hz : float
     source : str
 
@@ -99,13 +103,13 @@ def trajectory_of(arm: ArmDescription, angles: FloatArray, rate_hz: float, sourc
     """
     held = int(np.ceil(SETTLE_S * rate_hz))
     angles = np.concatenate([angles, np.repeat(angles[-1:], held, axis=0)])
-    positions = arm.chain.positions(angles)
+    places = positions[:, list(arm.landmark_frames)]
     return Motion(
         time=np.arange(angles.shape[0]) / rate_hz,
         joint_names=arm.joint_names,
         angles=angles,
         landmark_names=tuple(arm.landmarks),
-        landmarks=positions[:, list(arm.landmark_frames)],
+        landmarks=np.concatenate([places, np.repeat(places[-1:], held, axis=0)]),
         source=source,
     )
 

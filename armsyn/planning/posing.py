@@ -6,6 +6,7 @@ the tip's whole orientation instead (`Turned`).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -161,6 +162,8 @@ class HandTask(NamedTuple):
 
     def errors(self, chain: SerialChain, q: FloatArray) -> tuple[float, float]:
         """Distance of the hand to the goal, m, and angle to the orientation, rad."""
+        if self.orientation is None:
+            return math.dist(self.goal, chain.positions(q[None])[0, -1]), 0.0
         left, _ = self.left(chain, q)
         return float(np.linalg.norm(left[:3])), float(np.linalg.norm(left[3:]))
 

@@ -172,9 +172,9 @@ class SynergyPlanner:
             raise self._why_not(start, task.goal, rolled)
         if collision := check_collision(rolled.angles, self.arm, leaving=True):
             raise collision
-        if uneven := uneven_speed(self.arm, rolled.angles, rate_hz):
+        if uneven := uneven_speed(rolled.positions[:, -1], rate_hz):
             raise uneven
-        return Finished(rolled.angles, scale)
+        return Finished(rolled.angles, rolled.positions, scale)
 
     def _planned(
         self, task: HandTask, arrived: _Arrived, done: Finished, rate_hz: float

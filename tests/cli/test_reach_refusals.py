@@ -107,7 +107,7 @@ def test_damaged_files_are_named(
     call: Call, calibration: Path, name: str, damage: Callable[[Path], object], said: str
 ) -> None:
     damage(calibration / name)
-    outcome = call("reach", *TARGET, "--calibration", calibration)
+    outcome = call("reach", *TARGET, "--model", "C", "--calibration", calibration)
     outcome.refused(2, said, f"{calibration}")
     assert not outcome.out
 
@@ -116,7 +116,8 @@ def test_synergies_of_another_arm_are_refused(call: Call, calibration: Path) -> 
     (calibration / "koch.synergies.json").write_bytes(
         (calibration / "human7.synergies.json").read_bytes()
     )
-    outcome = call("reach", *TARGET, "--arm", "koch", "--calibration", calibration)
+    asked = ("--arm", "koch", "--model", "C", "--calibration", calibration)
+    outcome = call("reach", *TARGET, *asked)
     outcome.refused(2, "the synergies are those of human7", "run armsyn learn --arm koch")
 
 
