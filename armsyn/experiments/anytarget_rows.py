@@ -6,11 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Literal, NamedTuple, Protocol
 
-from armsyn.experiments.anytarget_baselines import (
-    MeanReach,
-    nearest_reach,
-    raw_ik,
-)
+from armsyn.experiments.anytarget_baselines import MeanReach, nearest_reach, raw_ik
 from armsyn.experiments.anytarget_primitives import dmp, promp, why_missing
 from armsyn.experiments.anytarget_synergies import RIDGE_M, own_synergy, synergies_by, synergy_fits
 from armsyn.motion import FloatArray
@@ -55,11 +51,9 @@ class Row(NamedTuple):
 _MEAN = "mean of {}, moved to start and end, in their mean time"
 
 
-def _learned(
-    key: str, title: str, kind: Kind, what: str, predictor: str, lessons: Lessons = "fold"
-) -> Row:
+def _learned(key: str, title: str, kind: Kind, what: str, predictor: str) -> Row:
     """Return a row of `armsyn.planning.predictor`."""
-    return Row(key, title, kind, what, partial(learn_predictor, predictor), lessons)
+    return Row(key, title, kind, what, partial(learn_predictor, predictor))
 
 
 ROWS = (

@@ -6,15 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from armsyn.errors import CaptureError
 from armsyn.motion import FloatArray, Motion
+from armsyn.planning.prediction import REACHED_M
 from armsyn.scoring.comparison import posture_errors
 from armsyn.scoring.distance import held_distance, landmark_errors
 from armsyn.scoring.measures import measure, normalised_speed
 from armsyn.scoring.pairing import pair_up, trim, uncut
 from armsyn.scoring.profile import correlation
-
-ARRIVED_M = 1e-3
-"""A reach that ends farther from its target has missed it."""
 
 
 class Score(NamedTuple):
@@ -42,7 +41,8 @@ class Score(NamedTuple):
     log_time: float
     """ln(predicted / captured movement time)."""
     success: float
-    """1 when the hand ends within `ARRIVED_M` and no joint leaves its range, else 0."""
+    """1 when the hand ends within 1 mm, no joint leaves its range and the motion can be measured,
+    else 0."""
 
 
 MEASURES = Score._fields
@@ -78,31 +78,45 @@ def score(
 
     Raises
     ------
-    InputError, CaptureError
-        When a motion has gaps, does not move, or is too short to be filtered.
+    InputError
+        Motions that do not fit each other.
     """
-    pair = pair_up(captured, predicted)
-    whole, trimmed = uncut(pair), trim(pair)
-    posture = posture_errors(pair, trimmed)
-    endpoint = float(np.linalg.norm(predicted.hand[-1] - target))
+    whole = uncut(pair_up(captured, predicted))
     elbow = captured.landmark_names.index("elbow")
     apart = landmark_errors(whole.captured.normalised, whole.other.normalised)
-    hand = measure(predicted, rate=trimmed.rate)
-    speed = normalised_speed(predicted.time, predicted.hand, rate=trimmed.rate)
-    nowhere = float("nan")
+    endpoint = float(np.linalg.norm(predicted.hand[-1] - target))
+    try:
+        looks, is_measured = _looks(captured, predicted, profile), True
+    except CaptureError:
+        looks, is_measured = dict.fromkeys(_LOOKS, float("nan")), False
     return Score(
         held=held_distance(whole),
-        held_trimmed=held_distance(trimmed),
         held_given=held_distance(uncut(pair_up(captured, given))),
         endpoint=endpoint,
         elbow=float(apart[:, elbow].mean()),
-        swivel=posture.swivel if posture else nowhere,
-        direction=(posture.upper_arm + posture.forearm) / 2 if posture else nowhere,
-        time_to_peak=hand.time_to_peak,
-        peak_over_mean=hand.peak_over_mean,
-        speed_peaks=float(hand.speed_peaks),
-        profile_r=correlation(speed, profile),
-        sparc=hand.sparc,
         log_time=float(np.log(predicted.duration / captured.duration)),
-        success=float(endpoint <= ARRIVED_M and in_range),
+        success=float(endpoint <= REACHED_M and in_range and is_measured),
+        **looks,
     )
+
+
+_LOOKS = (
+    *("held_trimmed", "swivel", "direction"),
+    *("time_to_peak", "peak_over_mean", "speed_peaks", "profile_r", "sparc"),
+)
+
+
+def _looks(captured: Motion, predicted: Motion, profile: FloatArray) -> dict[str, float]:
+    """Measure from onset to offset; a CaptureError where the hand hardly moves."""
+    pair = pair_up(captured, predicted)
+    trimmed = trim(pair)
+    posture = posture_errors(pair, trimmed)
+    assert posture is not None  # noqa: S101 - every arm here has a shoulder and an elbow
+    hand = measure(predicted, rate=trimmed.rate)
+    speed = normalised_speed(predicted.time, predicted.hand, rate=trimmed.rate)
+    found = (
+        *(held_distance(trimmed), posture.swivel, (posture.upper_arm + posture.forearm) / 2),
+        *(hand.time_to_peak, hand.peak_over_mean, float(hand.speed_peaks)),
+        *(correlation(speed, profile), hand.sparc),
+    )
+    return dict(zip(_LOOKS, found, strict=True))

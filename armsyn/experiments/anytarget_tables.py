@@ -52,8 +52,9 @@ _DISTANCES_NOTE = (
     " floor. References and bounds know reaches to the very target, so they do not compete."
 )
 _POSTURES_NOTE = (
-    "end: from the hand's end to the target; success: that is 1 mm or less, and no joint leaves its"
-    " range; elbow, swivel, direction of upper arm and forearm: mean error over normalised time."
+    "end: from the hand's end to the target; success: that is 1 mm or less, no joint leaves its"
+    " range, and the motion can be measured; elbow, swivel, direction (of upper arm and forearm):"
+    " mean error over normalised time."
 )
 _LOOKS_NOTE = (
     "captured: the people themselves. one peak: share of reaches; speed r: correlation with the"
@@ -215,7 +216,7 @@ def differences_table(outcomes: Outcomes, seed: int) -> Table:
     ]
     note = (
         f"Held distance, paired by target within a person; {LEVEL:.0%} bootstrap intervals, targets"
-        " drawn again within each person."
+        " drawn again within each person. The best row was chosen on the same reaches."
     )
     title = f"{_title(outcomes)}: best row ({best.row.title}) against the others"
     return Table(title, columns, rows, [note, verdict(outcomes, found)])
@@ -257,10 +258,11 @@ def verdict(outcomes: Outcomes, found: Mapping[str, Interval]) -> str:
         if outcomes[key].row.kind == "baseline" and gap.verdict != "ahead"
     }
     named = ", ".join(outcomes[key].row.title for key in rivals)
+    others = "every other baseline" if best.row.kind == "baseline" else "every baseline"
     said.append(
         f"its interval does not put it ahead of: {named}"
         if rivals
-        else "its interval puts it ahead of every other baseline"
+        else f"its interval puts it ahead of {others}"
     )
     return "; ".join(said) + "."
 

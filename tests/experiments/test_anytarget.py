@@ -12,7 +12,7 @@ from armsyn.experiments.anytarget_bootstrap import interval, target_differences
 from armsyn.experiments.anytarget_people import People, folds, load_garza, load_hug_mp
 from armsyn.experiments.anytarget_rows import ROWS, Row
 from armsyn.experiments.anytarget_run import Group, Outcome, predict_all
-from armsyn.experiments.anytarget_scores import MEASURES
+from armsyn.experiments.anytarget_scores import MEASURES, score
 from armsyn.experiments.anytarget_tables import differences_table, distances_table, over_floor
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import write
@@ -109,6 +109,18 @@ def test_a_reach_to_itself_has_no_distance(people: People) -> None:
     assert found.mean("profile_r") > 0.8
 
 
+def test_a_hand_that_rests_is_no_success_and_has_no_profile(people: People) -> None:
+    captured = people.captured[0]
+    resting = people.examples.angles[0][:1].repeat(101, axis=0)
+    still = people.motion(0, resting, 1.0)
+    profile = people.profiles["S01"]
+    found = score(captured, still, still, still.hand[-1], profile, in_range=True)
+    assert found.endpoint == 0.0
+    assert found.success == 0.0
+    assert np.isnan(found.sparc)
+    assert found.held > 0.1
+
+
 def test_the_published_baseline_comes_out_on_all_reaches(captures: Path) -> None:
     """scoring.md: floor 1.48 cm, linear 1.80 cm for S01."""
     del captures
@@ -156,10 +168,11 @@ def test_the_verdict_comes_from_the_figures(people: People) -> None:
 
     best = said(floor=0.02, linear=0.023, raw=0.05, bound=0.01, latent=0.021)
     assert best.startswith("Best: latent, 2.10 cm, 1.050 times the human floor: within the wanted")
-    assert "ahead of every" in best
+    assert "ahead of every baseline" in best
     beaten = said(floor=0.02, linear=0.023, raw=0.05, latent=0.0235)
     assert beaten.startswith("Best: linear, 2.30 cm, 1.150 times the human floor: above the wanted")
     assert "neither synergies nor latent motions beat this baseline" in beaten
+    assert "ahead of every other baseline" in beaten
     tied = said(floor=0.02, linear=0.021, latent=0.021 - 1e-18)
     assert "does not put it ahead of: linear" in tied or tied.startswith("Best: linear")
     alone = said(linear=0.08, latent=0.07)
