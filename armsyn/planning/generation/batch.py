@@ -132,8 +132,11 @@ def make_batch(recipe: Recipe, first: int, last: int) -> Batch:
             recipe.arm.chain, predicted, targets, recipe.seed, first
         )
     usable = np.isfinite(predicted.angles).all(axis=(1, 2)) & np.isfinite(predicted.durations)
-    angles = np.where(usable[:, None, None], predicted.angles, starts[:, None])
-    paced = pace(recipe.arm, angles, np.where(usable, predicted.durations, 1.0), recipe.rate_hz)
+    angles, durations = predicted.angles, predicted.durations
+    if not usable.all():  # these rest, until they are refused
+        angles = np.where(usable[:, None, None], angles, starts[:, None])
+        durations = np.where(usable, durations, 1.0)
+    paced = pace(recipe.arm, angles, durations, recipe.rate_hz)
     hands = recipe.arm.chain.positions(angles[:, -1])[:, -1]
     away = np.linalg.norm(hands - targets, axis=1)
     verdicts = judge(recipe.arm, paced)

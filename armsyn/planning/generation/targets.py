@@ -122,10 +122,16 @@ class RandomTargets:
         if self.hull is not None:
             left = np.arange(last - first)
             for row in range(tries - 1):
-                inside = self.hull.outside(places[left, row]) == 0.0
+                inside = _within(self.hull, places[left, row])
                 chosen[left[inside]] = row
                 left = left[~inside]
         return places[np.arange(last - first), chosen], None
+
+
+def _within(hull: Hull, points: FloatArray) -> NDArray[np.bool_]:
+    """Which points, shape (m, 3), lie behind all faces of a hull: cheaper than how far outside."""
+    behind: NDArray[np.bool_] = points @ hull.planes[:, :3].T <= -hull.planes[:, 3]
+    return behind.all(axis=1)
 
 
 def random_within(size: int, seed: int, hull: Hull) -> RandomTargets:
