@@ -10,7 +10,8 @@ from typing import Any, Self
 
 from armsyn.cli.track_lines import LineReader, NumberedTarget, parse_target
 from armsyn.errors import FormatError, InputError, RefusedMotionError
-from armsyn.planning.tracking import LEAD_S, Arrival, ReachTracker
+from armsyn.planning.tracking import LEAD_S, ReachTracker
+from armsyn.planning.tracking_state import Arrival
 
 LOOK_S = 0.01
 """Seconds between two looks at what has happened while no line comes."""

@@ -12,22 +12,15 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armsyn.ik import optimiser_settings
 from armsyn.planning.tracking_law import OFF, POSTURE, VELOCITY, Law, follow, tick
-from armsyn.planning.tracking_plan import (
-    GUARD,
-    STEP_S,
-    TOLERANCE_M,
-    Going,
-    LawPlanner,
-    PlannedLaw,
-    State,
-)
+from armsyn.planning.tracking_plan import GUARD, STEP_S, TOLERANCE_M, LawPlanner
+from armsyn.planning.tracking_state import Aim, Arrival, End, Going, State
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -69,51 +62,6 @@ class Measured(Protocol):
     @property
     def fresh(self) -> BoolArray:
         """Which of them answered, shape (n,)."""
-
-
-@dataclass(frozen=True)
-class Aim:
-    """A target that the arm turns to.
-
-    Parameters
-    ----------
-    target : array, shape (3,)
-        m, base frame.
-    planned : PlannedLaw
-    begin : float
-        When, s of the stream.
-    tag : object
-        The caller's.
-    """
-
-    target: FloatArray
-    planned: PlannedLaw
-    begin: float
-    tag: Any = None
-
-
-End = Literal["arrived", "replaced", "missed"]
-
-
-class Arrival(NamedTuple):
-    """The end of following a target.
-
-    Attributes
-    ----------
-    aim : Aim
-    time : float
-        s of the stream.
-    error : float
-        m from the measured hand to the target.
-    how : {"arrived", "replaced", "missed"}
-        Replaced by another target before it arrived; missed where something keeps the hand
-        away that corrections do not overcome.
-    """
-
-    aim: Aim
-    time: float
-    error: float
-    how: End
 
 
 @dataclass

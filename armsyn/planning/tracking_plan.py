@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,29 +18,26 @@ from numpy.typing import ArrayLike, NDArray
 from armsyn.arm import ArmDescription
 from armsyn.errors import CollisionError, InputError, RefusedMotionError, UnreachableError
 from armsyn.ik import optimiser_settings
-from armsyn.kernels.rollout import Synergies
 from armsyn.planning.checking import checked_target, out_of_reach, where
 from armsyn.planning.tracking_law import (
     CARRIED,
     CLOCK,
-    EXPECTED,
     FADE,
     GAIN,
     LIMIT_RATE,
-    MOVED,
     OFF,
     OFFSET,
     POSTURE,
     RAMP,
     RATE,
     SLOPE,
-    TRAILED,
     VELOCITY,
     Law,
     controller_velocity,
     follow,
     tick,
 )
+from armsyn.planning.tracking_state import Candidate, Going, PlannedLaw, State
 from armsyn.safety import check_collision
 from armsyn.synergy import SynergyLibrary
 from armsyn.synergy.controller import LIMIT_RATE as NEARING_RATE
@@ -60,7 +56,7 @@ FADE_S = 0.12
 abandoned movement little remains after 0.4 s."""
 
 LONGEST_S = 8.0
-"""Longest reach before slowing, s, as of `armsyn.planning.reach`."""
+"""Longest reach before slowing, s."""
 
 HEADROOM = 0.9
 """Share of the limits that a law is slowed to; the rest is for the velocity that is carried over
@@ -87,105 +83,6 @@ _SATURATED = 7.0
 
 _LOOKED_AT = 2
 """Every such posture of a way is looked at for collisions, and what lies between."""
-
-
-LAG_S = 0.05
-"""By which measured joints trail their commands, s, until it is known better."""
-
-_BELIEF = 0.1
-"""How much motion, rad2/s, it takes to change one's mind about a lag by half."""
-
-
-class State(NamedTuple):
-    """How an arm moves, and how far it stands off what it is told.
-
-    Attributes
-    ----------
-    moving : array, shape (3, n)
-        Posture, rad, velocity, rad/s, and acceleration, rad/s2, as commanded.
-    sensed : array, shape (4, n)
-        What `armsyn.planning.tracking_law.tick` knows of how measured joints differ from that.
-    """
-
-    moving: FloatArray
-    sensed: FloatArray
-
-    @property
-    def seen(self) -> FloatArray:
-        """Where the arm is, as far as is known, shape (n,), rad."""
-        return np.asarray(self.moving[POSTURE] + self.sensed[OFF])
-
-    def copy(self) -> State:
-        """Arrays that nobody else writes to."""
-        return State(self.moving.copy(), self.sensed.copy())
-
-    @classmethod
-    def at_rest(cls, posture: FloatArray) -> State:
-        """An arm that stands still where it is told, shape (n,), rad."""
-        moving, sensed = np.zeros((3, posture.size)), np.zeros((4, posture.size))
-        moving[POSTURE] = sensed[EXPECTED] = posture
-        sensed[TRAILED], sensed[MOVED] = _BELIEF * LAG_S, _BELIEF
-        return cls(moving, sensed)
-
-
-@dataclass(frozen=True)
-class PlannedLaw:
-    """How a target is to be followed.
-
-    Parameters
-    ----------
-    law : Law
-    synergy : Synergies
-    chosen_for : array, shape (3,)
-        The target that the synergy was chosen for, m.
-    path : array, shape (frames, n)
-        What comes of it if nothing else happens, `STEP_S` apart, rad.
-    duration : float
-        Seconds until the hand has come to rest at its target.
-    learned : str
-        The captured reach whose synergy it uses.
-    rank : int
-        0 when that is the nearest.
-    time_scale : float
-        kappa, how much slower than the learned reach.
-    """
-
-    law: Law
-    synergy: Synergies
-    chosen_for: FloatArray
-    path: FloatArray
-    duration: float
-    learned: str
-    rank: int
-    time_scale: float
-
-
-class _Candidate(NamedTuple):
-    """A synergy with which a target may be reached for, and kappa so far.
-
-    `phase` is the time of phi at which it goes on, over kappa, s; None for a new reach.
-    """
-
-    name: str
-    rank: int
-    synergy: Synergies
-    scale: float
-    chosen_for: FloatArray
-    phase: float | None = None
-
-
-class Going(NamedTuple):
-    """What is followed when a new target comes.
-
-    Attributes
-    ----------
-    planned : PlannedLaw
-    elapsed : float
-        Since it began, s.
-    """
-
-    planned: PlannedLaw
-    elapsed: float
 
 
 @dataclass(frozen=True)
@@ -302,18 +199,18 @@ class LawPlanner:
 
     def _candidates(
         self, state: State, goal: FloatArray, going: Going | None
-    ) -> Iterator[_Candidate]:
+    ) -> Iterator[Candidate]:
         """Synergies that may serve, the likeliest first."""
         hand = self.arm.chain.forward(state.seen).tip
         if going is not None and _goes_on(going, goal, hand):
             then = going.planned
             phase = (then.law.clock + going.elapsed) / then.time_scale
-            yield _Candidate(
+            yield Candidate(
                 then.learned, then.rank, then.synergy, then.time_scale, then.chosen_for, phase
             )
         nearest = self.library.nearest(hand, goal, self.ik, self.model)
         for rank, (learned, chosen) in enumerate(nearest):
-            yield _Candidate(learned.name, rank, self.library.synergy(chosen), 1.0, goal)
+            yield Candidate(learned.name, rank, self.library.synergy(chosen), 1.0, goal)
 
     def _collision(self, path: FloatArray) -> CollisionError | None:
         seen = np.concatenate([path[:-1:_LOOKED_AT], path[-1:]])
@@ -328,8 +225,8 @@ class LawPlanner:
         )
 
     def _slowed(
-        self, state: State, goal: FloatArray, candidate: _Candidate
-    ) -> tuple[_Candidate, Law]:
+        self, state: State, goal: FloatArray, candidate: Candidate
+    ) -> tuple[Candidate, Law]:
         """Slow a law until it keeps the limits, or as far as that helps: every step keeps them."""
         before = np.inf
         for _ in range(_MOST_SCALINGS):
@@ -367,7 +264,7 @@ class LawPlanner:
     def _rate(self) -> float:
         return self.library.lambdas[self.ik]
 
-    def _law(self, state: State, goal: FloatArray, candidate: _Candidate) -> Law:
+    def _law(self, state: State, goal: FloatArray, candidate: Candidate) -> Law:
         """A law that begins where the arm is as fast as it is."""
         synergy, scale = candidate.synergy, candidate.scale
         hand, joints = np.zeros(8), np.zeros((5, self.arm.rest.size))

@@ -16,7 +16,7 @@ from armsyn.driver.path import BLEND
 from armsyn.errors import CollisionError, InputError, UnreachableError
 from armsyn.ik import optimiser_settings
 from armsyn.motion.peaks import count_peaks
-from armsyn.planning.tracking import Arrival, ReachTracker
+from armsyn.planning.tracking import ReachTracker
 from armsyn.planning.tracking_law import (
     CARRIED,
     FADE,
@@ -30,7 +30,8 @@ from armsyn.planning.tracking_law import (
     follow,
     stopping_speed,
 )
-from armsyn.planning.tracking_plan import LawPlanner, State
+from armsyn.planning.tracking_plan import LawPlanner
+from armsyn.planning.tracking_state import Arrival, State
 from armsyn.synergy import load_library
 from tests.driver.stepped import SteppedArm
 
