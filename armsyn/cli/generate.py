@@ -119,7 +119,8 @@ def generate(**options: Any) -> None:
             resume=options["resume"],
             on_progress=progress.update,
         )
-    write_run(out / running.MANIFEST)
+    if report.error is None:
+        write_run(out / running.MANIFEST)
     _tell(report, options["out"], as_json=options["as_json"])
 
 

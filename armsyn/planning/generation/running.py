@@ -27,6 +27,10 @@ SCHEMA = "armsyn-reaches-1"
 MANIFEST, REFUSALS, DATASET = "manifest.json", "refusals.csv", "dataset.lerobot"
 COLUMNS = ("index", "x", "y", "z", "kind", "reason")
 
+RESERVE = "reserve"
+_RESERVED, _RESERVED_A_CHUNK = 262_144, 4096
+"""Bytes; refusals of most chunks find room in that."""
+
 OnProgress = Callable[[str, int, int, str], None]
 
 
@@ -207,6 +211,7 @@ def _prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
             raise InputError(f"{folder}: holds a part of these reaches: --resume goes on with it")
         for left in folder.glob(".reaches-*"):  # of a process that was killed
             chunks.remove(left)
+        _reserve(order)
         return
     try:
         token.parent.mkdir(parents=True, exist_ok=True)
@@ -215,6 +220,13 @@ def _prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
     with replacing(token) as temporary:
         said = {"digest": order.digest, "inputs": inputs}
         temporary.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+    _reserve(order)
+
+
+def _reserve(order: Order) -> None:
+    """Keep room for manifest and refusals, which a full disk has to leave to be told."""
+    with replacing(Path(order.folder) / NOTES / RESERVE) as temporary:
+        temporary.write_bytes(bytes(_RESERVED + _RESERVED_A_CHUNK * order.count))
 
 
 def _gather(order: Order, on_progress: OnProgress) -> None:
@@ -236,6 +248,7 @@ def _gather(order: Order, on_progress: OnProgress) -> None:
 def _finish(order: Order, inputs: Mapping[str, Any], report: Report) -> None:
     """Write refusals and manifest; take the notes away when nothing is left to do."""
     folder = Path(order.folder)
+    (folder / NOTES / RESERVE).unlink(missing_ok=True)
     try:
         _write_refusals(order)
         _write_manifest(order, inputs, report)

@@ -131,7 +131,7 @@ class RandomTargets:
 def _within(hull: Hull, points: FloatArray) -> NDArray[np.bool_]:
     """Which points, shape (m, 3), lie behind all faces of a hull: cheaper than how far outside."""
     behind: NDArray[np.bool_] = points @ hull.planes[:, :3].T <= -hull.planes[:, 3]
-    return behind.all(axis=1)
+    return np.asarray(behind.all(axis=1))
 
 
 def random_within(size: int, seed: int, hull: Hull) -> RandomTargets:
