@@ -42,7 +42,7 @@ def made(count: int = 40, places: int = 8) -> Examples:
 
 def truth(targets: np.ndarray) -> np.ndarray:
     middle = np.array([0.1, -0.2, 0.0, 0.3, 0.4, np.log(6.0)])
-    return middle + (targets - [0.5, -0.1, -0.1]) @ SLOPES.T
+    return np.asarray(middle + (targets - [0.5, -0.1, -0.1]) @ SLOPES.T)
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ def play(parameters: FloatArray, which: NDArray[np.int64]) -> FloatArray:
     """Landmarks that depend smoothly, not linearly, on two parameters kept within bounds."""
     p = np.clip(parameters, LOWER, UPPER)
     straight = np.einsum("lp,lpkx->lkx", p, OUTLINES[which])
-    return straight + np.sin(p[:, :1, None] * p[:, 1:, None]) * BENT[which]
+    return np.asarray(straight + np.sin(p[:, :1, None] * p[:, 1:, None]) * BENT[which])
 
 
 def problem(features: FloatArray, truth: FloatArray, noise: float = 0.0) -> MapProblem:
@@ -53,12 +53,12 @@ def test_the_end_is_the_least_of_the_cost_as_it_is_defined() -> None:
     asked = problem(features, np.array([[0.6, 1.2], [0.3, -0.2]]), noise=1.0)
     first, ridges = np.array([[0.5, 1.0], [0.0, 0.0]]), np.array([0.0, 0.5])
     found = fit_map(asked, first, ridges).coefficients
-    best = minimize(
-        lambda x: cost(asked, x.reshape(2, 2), first, ridges),
-        found.ravel(),
-        method="Nelder-Mead",
-        options={"xatol": 1e-6, "fatol": 1e-9, "maxiter": 4000},
-    )
+
+    def of(x: FloatArray) -> float:
+        return cost(asked, x.reshape(2, 2), first, ridges)
+
+    closely = {"xatol": 1e-6, "fatol": 1e-9, "maxiter": 4000.0}
+    best = minimize(of, found.ravel(), method="Nelder-Mead", options=closely)  # type: ignore[call-overload]
     assert cost(asked, found, first, ridges) < best.fun + 5e-6
 
 

@@ -19,7 +19,7 @@ TARGET = np.array([0.4, -0.15, -0.05])
 
 def coordinates(family: PhasedSynergies, shares: list[float]) -> np.ndarray:
     part = np.array(shares)[: family.lower.size]
-    return (family.lower + (family.upper - family.lower) * part)[None]
+    return np.asarray((family.lower + (family.upper - family.lower) * part)[None])
 
 
 def test_they_play_what_the_controller_plays() -> None:
@@ -28,8 +28,13 @@ def test_they_play_what_the_controller_plays() -> None:
     played = family.play(at, ARM.rest[None], TARGET[None], 101)[0]
     synergy = family.synergies(at)
     rolled = Controller(ARM.chain, "svd", family.lambda_).synthesize(
-        *(ARM.rest, TARGET, synergy),
-        **{"dt": 1.2 / 200, "frames": 201, "ramp": RAMP_S, "limit_rate": LIMIT_RATE},
+        ARM.rest,
+        TARGET,
+        synergy,
+        dt=1.2 / 200,
+        frames=201,
+        ramp=RAMP_S,
+        limit_rate=LIMIT_RATE,
     )
     assert np.abs(played - rolled.angles[::2]).max() < 1e-6
 
