@@ -37,7 +37,7 @@ lint: $(VENV)/.test  ## style and types
 	$(BIN)/mypy
 
 bench: $(VENV)/.test  ## speed, memory and success rates, side by side in one run
-	@status=0; for bench in rollout learning editing bus stream track simulator ik formats generate memory; do \
+	@status=0; for bench in rollout learning editing bus stream track simulator ik planning formats generate memory; do \
 		echo; $(BIN)/python tests/benchmarks/bench_$$bench.py || status=1; done; exit $$status
 
 soak: $(VENV)/.run  ## a million bus cycles on simulated servos while things go wrong (ten minutes)
