@@ -1,11 +1,11 @@
 """Fit synergies to the captured reaches of many places at once.
 
-Captured reaches are followed over normalised time (`armsyn.synergy.phased`), each end led to its
-target as every prediction's is; places count alike, however often they were reached. One set that
-is common to all comes first: S_C from several starts, freed to S_D where that is asked for. Then
-either a map, linear in the place and pulled towards the common set, is fitted to all reaches as
-one; or each place gets its own set, pulled towards the common one, and a field is laid through
-these.
+Captured reaches are followed over normalised time (`armsyn.synergy.phased`), in place and velocity
+of all joints and the hand, each end led to its target as every prediction's is; targets count
+alike, however often they were reached. One set that is common to all comes first: S_C from several
+starts, freed to S_D where that is asked for. Then either a map, linear in the place and pulled
+towards the common set, is fitted to all reaches as one; or each place gets its own set, pulled
+towards the common one, and a field is laid through these.
 """
 
 from __future__ import annotations
