@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Self, get_args
 
@@ -158,19 +159,21 @@ def solve(
     levels = problem.levels(x)
     enough = 0.5 * options.tolerance * min(1.0, problem.metres_per_radian)
     negligible = _NEGLIGIBLE * options.tolerance * _NEXT ** (len(levels) - 1)
+
+    def step_from(x: FloatArray, levels: list[Level], z: FloatArray | None = None) -> FloatArray:
+        wishes = [_clamped(level, options.longest) for level in levels]
+        if bounds is None:
+            return priority_step(wishes, damping, z)[0]
+        return bounded_step(wishes, damping, bounds, x, z)
+
     for iteration in range(options.iterations + 1):
         met = all(np.abs(error).max() <= enough for _, error in levels)
         if iteration == options.iterations or (met and not (settle and rest is not None)):
             break
-        wishes = [_clamped(level, options.longest) for level in levels]
-        z = None if rest is None else options.pull * (rest - x)
-        if bounds is None:
-            step, _ = priority_step(wishes, damping, z)
-        else:
-            step = bounded_step(wishes, damping, bounds, x, z)
+        step = step_from(x, levels, None if rest is None else options.pull * (rest - x))
         if np.abs(step).max() <= (options.tolerance if met else _STALLED):
             break
-        ahead = _better(problem, x, step, levels)
+        ahead = _better(problem, x, step, levels, step_from)
         ahead = ahead or (x + step, problem.levels(x + step))
         if rest is None and _merit(levels) - _merit(ahead[1]) < negligible:
             break
@@ -179,11 +182,16 @@ def solve(
 
 
 def _better(
-    problem: Problem, x: FloatArray, step: FloatArray, levels: list[Level]
+    problem: Problem,
+    x: FloatArray,
+    step: FloatArray,
+    levels: list[Level],
+    step_from: Callable[[FloatArray, list[Level]], FloatArray],
 ) -> tuple[FloatArray, list[Level]] | None:
     """Go as far along a step, halved at need, as makes the goals' errors smaller.
 
-    Far from what can be reached full steps would swing about it.
+    Far from what can be reached full steps would swing about it. What a step for the last level
+    bends the ones above by is of second order: they are led back before it is judged.
     """
     before = _merit(levels)
     for halvings in range(_HALVINGS + 1):
@@ -191,6 +199,12 @@ def _better(
         found = problem.levels(there)
         if _merit(found) < before:
             return there, found
+        if len(found) > 1:
+            last = found[-1]
+            there = there + step_from(there, [*found[:-1], Level(last.J, 0.0 * last.error)])
+            found = problem.levels(there)
+            if _merit(found) < before:
+                return there, found
     return None
 
 

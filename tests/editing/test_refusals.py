@@ -1,5 +1,7 @@
 """Edits that do not bring the first level to its goals, and how soon solvers see it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,10 +12,13 @@ from armsyn.editing import (
     MotionModel,
     Orientation,
     Pin,
+    SkeletonFigure,
     SolverOptions,
     edit_motion,
     learn_model,
+    load_clips,
 )
+from armsyn.editing.sampling import at_frames
 from armsyn.errors import OutsidePatternError, UnreachableError
 from armsyn.motion.body import BodyMotion
 from tests.editing.conftest import made_clip
@@ -95,3 +100,23 @@ def test_a_turn_that_can_be_met_is_whatever_its_weight(
     options = SolverOptions(metres_per_radian=weight)
     result = edit_motion(made_clip(52), made_model, ways, options, force=True)
     assert result.success
+
+
+def test_a_held_start_does_not_keep_a_lower_level_from_a_goal_it_can_reach(
+    captures: Path,  # noqa: ARG001 - skips where they are absent
+) -> None:
+    swings = load_clips("golf")
+    model = learn_model(swings[:2] + swings[3:], frames=132)
+    figure = model.figure
+    assert isinstance(figure, SkeletonFigure)
+    clip = at_frames(swings[2], figure, 132)
+    wrist = Effector("left_wrist")
+    ways: list[Constraint] = [
+        *(Pin(Effector(f"{side}_ankle"), frames=(94,), axes="z") for side in ("left", "right")),
+        Pin(wrist, frames=(0,)),
+        KeyFrame(Effector("left_wrist", (0.855, 0.323, 0.029)), 94, by=(0.0, 0.0, 0.03), level=2),
+    ]
+    result = edit_motion(clip, model, ways, SolverOptions(tolerance=1e-5), force=True)
+    assert result.iterations > 0
+    assert result.level_errors[1] < 1e-5
+    assert result.level_errors[2] < 1e-5
