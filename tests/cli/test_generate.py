@@ -9,14 +9,15 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from armsyn.planning.generation.chunks import NOTES
-from tests.cli.commands import PATIENCE, run
+from tests.cli.commands import PATIENCE, Outcome, run
 
+Call = Callable[..., Outcome]
 MINJERK = ("--arm", "human7", "--plan", "minjerk", "--rate", 50)
 BOX = ("--box", "0.15:0.6", "-0.45:0.35", "-0.5:0.3")
 HOOK = """
@@ -126,9 +127,9 @@ def test_what_is_stopped_in_any_way_goes_on_where_it_was(
     ],
 )
 def test_bad_input_is_refused_in_a_line_and_makes_nothing(
-    arguments: tuple[object, ...], said: str, tmp_path: Path
+    arguments: tuple[object, ...], said: str, call: Call, tmp_path: Path
 ) -> None:
-    run(*generating(*arguments, "--out", tmp_path / "out")).refused(2, said)
+    call(*generating(*arguments, "--out", tmp_path / "out")).refused(2, said)
     left = [path for path in (tmp_path / "out").rglob("*") if path.suffix == ".npz"]
     assert not left
 
@@ -140,19 +141,19 @@ def test_a_cluster_that_does_not_answer_is_told(tmp_path: Path) -> None:
     assert not out.exists()
 
 
-def test_a_malformed_file_of_targets_is_refused_by_its_line(tmp_path: Path) -> None:
+def test_a_malformed_file_of_targets_is_refused_by_its_line(call: Call, tmp_path: Path) -> None:
     targets = tmp_path / "targets.csv"
     targets.write_text("x,y,z\n0.3,0,0\n0.3,0\n")
-    done = run(*generating("--targets", targets, "--out", tmp_path / "out"))
+    done = call(*generating("--targets", targets, "--out", tmp_path / "out"))
     done.refused(2, f"{targets}, line 3: 2 numbers, expected 3")
     assert not (tmp_path / "out").exists()
 
 
-def test_targets_out_of_reach_are_told_by_index(tmp_path: Path) -> None:
+def test_targets_out_of_reach_are_told_by_index(call: Call, tmp_path: Path) -> None:
     targets = tmp_path / "targets.csv"
     targets.write_text("0.35 -0.1 -0.15\n0.9 0.9 0.9\n0.3 -0.2 -0.3\n")
     out = tmp_path / "out"
-    done = run(*generating("--targets", targets, "--out", out, "--repeats", 2))
+    done = call(*generating("--targets", targets, "--out", out, "--repeats", 2))
     assert done.status == 0, done.err
     assert "4 of 6 reaches" in done.out
     assert "refused: 2 unreachable" in done.out
@@ -160,8 +161,8 @@ def test_targets_out_of_reach_are_told_by_index(tmp_path: Path) -> None:
     assert [row.split(",")[0] for row in rows] == ["index", "2", "3"]
 
 
-def test_when_every_reach_is_refused_it_ends_so(tmp_path: Path) -> None:
-    done = run(*generating("--grid", "3", "3", "3", "--out", tmp_path / "out", "--json"))
+def test_when_every_reach_is_refused_it_ends_so(call: Call, tmp_path: Path) -> None:
+    done = call(*generating("--grid", "3", "3", "3", "--out", tmp_path / "out", "--json"))
     assert done.status == 4
     assert done.document["error"]["exit_status"] == 4
     assert done.document["reaches_refused"] == {"unreachable": 1}
