@@ -79,10 +79,7 @@ def test_synergies_contract_wherever_the_target_lies(atlas: Atlas) -> None:
             assert values.max() < own.max() + 1e-6
 
 
-@pytest.mark.parametrize("name", ["human7", "openmanipulator_x", "koch"])
-def test_synergies_move_the_hand_in_one_bell(name: str) -> None:
-    """Not so WidowX and ViperX, which start folded, next to their limits."""
-    atlas = atlas_of(load_arm(name, calibrated=False), ROOT / "calibration")
+def test_synergies_move_the_hand_in_one_bell(atlas: Atlas) -> None:
     predictor = atlas.predictor("synergy")
     found = predictor.predict(*asked(atlas))
     single = 0
