@@ -7,6 +7,7 @@ components do not hold: theta_k = clip_k + x D_k with D_k = E_k (times sigma, wh
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -97,19 +98,19 @@ class LatentSolver:
     def _problem(self, tasks: Sequence[Task]) -> Problem:
         frames = sorted({task.frame for task in tasks})
         base = {frame: self._base[frame] for frame in frames}
-        directions = self._directions(self._phases[frames])
-        along = dict(zip(frames, directions, strict=True))
+        along = dict(zip(frames, self._directions[frames], strict=True))
         weight = self._options.metres_per_radian
         return Problem(self._model.figure.tree, tasks, base, along, weight)
 
-    def _directions(self, at: FloatArray) -> FloatArray:
-        """Pose changes a unit of the unknowns, (instants,) to (instants, m, n)."""
-        return self._model.directions_at(at) / self._scale[:, None]
+    @cached_property
+    def _directions(self) -> FloatArray:
+        """Pose changes a unit of the unknowns at the clip's frames, (frames, m, n)."""
+        return self._model.directions_at(self._phases) / self._scale[:, None]
 
     def _replayed(self, x: FloatArray, iterations: int) -> Bent:
         """The whole motion of one change."""
         added = x / self._scale
-        change = self._model.change_at(added, self._phases)
+        change = np.matmul(x, self._directions)
         return Bent(change, np.tile(added, (len(change), 1)), iterations)
 
     def _resting(self, own: FloatArray) -> FloatArray | None:
@@ -129,7 +130,7 @@ class LatentSolver:
         limited = np.flatnonzero(np.isfinite(figure.lower) | np.isfinite(figure.upper))
         if not limited.size:
             return None
-        along = self._directions(self._phases[list(frames)])[:, :, limited]
+        along = self._directions[list(frames)][:, :, limited]
         G = along.transpose(0, 2, 1).reshape(-1, self._model.size)
         above = np.maximum(figure.upper[limited] - base[:, limited], 0.0).ravel()
         below = np.maximum(base[:, limited] - figure.lower[limited], 0.0).ravel()

@@ -142,6 +142,9 @@ class MotionModel:
     def directions_at(self, at: FloatArray) -> FloatArray:
         """Return the pose changes at phases of the motion, by cubic splines through its frames.
 
+        A clip at another rate than the pattern so gets no step of its speed at each of the
+        pattern's frames, which would be an acceleration that no arm can follow.
+
         Parameters
         ----------
         at : array, shape (instants,)
@@ -152,24 +155,13 @@ class MotionModel:
         array, shape (instants, m, n)
             rad and m a standard deviation.
         """
-        return _between_frames(self.directions.swapaxes(0, 1), at, self._spline)
-
-    def change_at(self, added: FloatArray, at: FloatArray) -> FloatArray:
-        """Return what adding whitened coefficients, shape (m,), changes at phases.
-
-        Parameters
-        ----------
-        added : array, shape (m,)
-        at : array, shape (instants,)
-            As `directions_at`.
-
-        Returns
-        -------
-        array, shape (instants, n)
-            rad and m.
-        """
-        change = np.tensordot(added, self.directions, 1)
-        return _between_frames(change, at, None)
+        values, nearest = self.directions.swapaxes(0, 1), np.round(at).astype(np.int64)
+        whole = nearest == at
+        if whole.all():
+            return np.asarray(values[nearest])
+        between = self._spline(at)
+        between[whole] = values[nearest[whole]]
+        return np.asarray(between)
 
     @cached_property
     def _spline(self) -> CubicSpline:
@@ -183,19 +175,3 @@ class MotionModel:
         gaps = np.linalg.norm(self.examples - coefficients, axis=1)
         nearest = int(np.argmin(gaps))
         return self.names[nearest], float(gaps[nearest])
-
-
-def _between_frames(values: FloatArray, at: FloatArray, spline: CubicSpline | None) -> FloatArray:
-    """Interpolate values, shape (frames, ...), at phases; frames themselves are exact.
-
-    By cubic splines: a clip at another rate than the pattern gets no step of its speed at each of
-    the pattern's frames, which would be an acceleration that no arm can follow.
-    """
-    nearest = np.round(at).astype(np.int64)
-    whole = nearest == at
-    if whole.all():
-        return np.asarray(values[nearest])
-    spline = spline or CubicSpline(np.arange(len(values)), values)
-    between = spline(at)
-    between[whole] = values[nearest[whole]]
-    return np.asarray(between)
