@@ -13,9 +13,8 @@ from armsyn.cli.edit_template import template
 def edit() -> None:
     """Learn the pattern of motions, and bend one to constraints without leaving it.
 
-    From Carvalho, Boulic and Thalmann, Interactive low-dimensional human motion synthesis by
-    combining motion models and PIK: for whole bodies as captured, and for recorded reaches of
-    arms.
+    From Carvalho, Boulic and Thalmann, Motion Pattern Encapsulation for Data-Driven
+    Constraint-Based Motion Editing: for whole bodies as captured, and for recorded reaches of arms.
     """
 
 
