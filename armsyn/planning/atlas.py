@@ -63,7 +63,7 @@ class AtlasFacts(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     inputs_sha256 : str
         Of the captures as they were put on the arm.
     chain_sha256 : str
-        Of the arm's links and limits.
+        Of the arm's links.
     seed : int
     likeness : Likeness
     """
@@ -145,8 +145,13 @@ def atlas_of(arm: ArmDescription, directory: Path | None = None) -> Atlas:
 
 
 def chain_hash(chain: SerialChain) -> str:
-    """Hash of a chain's joints, links and limits, which learned angles belong to."""
+    """Hash of a chain's joints and links, which learned angles belong to.
+
+    Not of its limits: a calibration narrows them to what an arm really has, and a plan is bent into
+    them.
+    """
     digest = hashlib.sha256(repr(chain.names).encode())
-    for part in chain.arrays:
+    arrays = chain.arrays
+    for part in (arrays.rotation, arrays.translation, arrays.prismatic):
         digest.update(np.round(np.asarray(part, dtype=np.float64), 9).tobytes())
     return digest.hexdigest()

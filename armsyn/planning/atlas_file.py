@@ -103,7 +103,7 @@ def _check_arm(facts: AtlasFacts, arm: ArmDescription) -> None:
             f" ({', '.join(arm.joint_names)})"
         )
     if facts.chain_sha256 != chain_hash(arm.chain):
-        raise InputError(f"the links or limits of {arm.name} are no longer those it was learned on")
+        raise InputError(f"the links of {arm.name} are no longer those it was learned on")
 
 
 def _predictor(part: dict[str, Any], arm: ArmDescription, kind: str) -> Predictor:

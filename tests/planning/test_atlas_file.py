@@ -5,9 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from armsyn.arm import load_arm
 from armsyn.errors import DescriptionError, InputError
@@ -176,7 +176,14 @@ def test_a_file_that_was_cut_off_is_refused(written: Path, part: float) -> None:
 
 
 def test_an_arm_whose_links_changed_is_refused(written: Path) -> None:
-    elbow = msgspec.structs.replace(ARM.joint[3], lower=ARM.joint[3].lower + 0.1)
-    other = msgspec.structs.replace(ARM, joint=(*ARM.joint[:3], elbow))
+    elbow = replace(ARM.joint[3], xyz=(0.0, 0.0, -0.31))
+    other = replace(ARM, joint=(*ARM.joint[:3], elbow))
     with pytest.raises(DescriptionError, match="no longer those it was learned on"):
         load_atlas(written, other)
+
+
+def test_an_arm_whose_calibration_narrows_its_limits_may_use_it(written: Path) -> None:
+    narrower = replace(ARM, joint=tuple(replace(j, upper=j.upper - 0.05) for j in ARM.joint))
+    read = load_atlas(written, narrower)
+    found = read.predictor("linear").predict(narrower.rest[None], EXAMPLES.targets[:1])
+    assert (found.angles[0, -1] <= narrower.chain.upper + 1e-9).all()
