@@ -11,7 +11,7 @@ import numpy as np
 from armsyn.cli.moving import with_progress
 from armsyn.cli.stream_report import keep
 from armsyn.driver import ArmMonitor, ArmSession, still_posture, straight_way
-from armsyn.planning import HandOrientation, PlannedReach, Planner, joined
+from armsyn.planning import HandOrientation, PlannedReach, Planner, concatenated
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
@@ -155,7 +155,7 @@ def _planned(
     if options["come_back"]:
         back = planner.plan(out.angles[-1], arm.chain.forward(start).tip)
         _tell("where the hand started", back)
-        trajectory = joined(trajectory, back.trajectory)
+        trajectory = concatenated(trajectory, back.trajectory)
     park = None
     if options["park"]:
         assert trajectory.angles is not None  # noqa: S101 - planned

@@ -1,6 +1,6 @@
 """Planners: from a posture and a target to a trajectory that an arm can follow."""
 
-from armsyn.planning.planned import PlannedReach, joined
+from armsyn.planning.planned import PlannedReach, concatenated
 from armsyn.planning.planner import DEFAULT_PLAN, PLANS, Planner, default_plan, planner_for
 from armsyn.planning.posing import HandOrientation, Pointing, Turned
 from armsyn.planning.synergy_planner import SynergyPlanner
@@ -14,7 +14,7 @@ __all__ = [
     "Pointing",
     "SynergyPlanner",
     "Turned",
+    "concatenated",
     "default_plan",
-    "joined",
     "planner_for",
 ]

@@ -114,7 +114,7 @@ def trajectory_of(
     )
 
 
-def joined(first: Motion, second: Motion) -> Motion:
+def concatenated(first: Motion, second: Motion) -> Motion:
     """Return two motions of the same joints one after the other.
 
     Parameters

@@ -10,7 +10,7 @@ from armsyn.arm import ArmDescription, find_file, load_arm
 from armsyn.arm.shapes import BoxDescription
 from armsyn.errors import CollisionError, InputError, LimitError, UnreachableError
 from armsyn.motion import Motion
-from armsyn.planning import PlannedReach, SynergyPlanner, joined
+from armsyn.planning import PlannedReach, SynergyPlanner, concatenated
 from armsyn.planning.synergy_planner import ARRIVED_M
 from armsyn.safety import check_trajectory
 from armsyn.scoring import correlation, measure, normalised_speed
@@ -145,7 +145,7 @@ def test_the_way_back_ends_where_the_hand_was(
         back = planner.plan(angles_of(planned)[-1], hand, RATE)
         assert np.linalg.norm(back.trajectory.hand[-1] - hand) <= ARRIVED_M
         assert back.learned.kind == "return"
-        both = joined(planned.trajectory, back.trajectory)
+        both = concatenated(planned.trajectory, back.trajectory)
         check_trajectory(both, arm, arm.rest)
         np.testing.assert_allclose(both.time, np.arange(both.frames) / RATE, atol=1e-9)
         assert both.frames == planned.trajectory.frames + back.trajectory.frames
@@ -277,23 +277,23 @@ def line(start: float, stop: float, name: str = "elbow", *, landmarks: bool = Tr
 
 
 def test_joined_motions_follow_each_other() -> None:
-    both = joined(line(0.0, 1.0), line(1.0, 3.0))
+    both = concatenated(line(0.0, 1.0), line(1.0, 3.0))
     np.testing.assert_allclose(both.time, np.arange(22) / 100)
     assert both.angles is not None
     assert both.angles[[0, 10, 11, 21], 0].tolist() == [0.0, 1.0, 1.0, 3.0]
     assert both.hand[-1].tolist() == [3.0, 6.0, 9.0]
     assert both.source == "0 to 1, then 1 to 3"
-    assert joined(line(0, 1, landmarks=False), line(1, 2, landmarks=False)).landmarks is None
+    assert concatenated(line(0, 1, landmarks=False), line(1, 2, landmarks=False)).landmarks is None
 
 
 def test_motions_that_do_not_follow_each_other_are_refused() -> None:
     with pytest.raises(InputError, match="2 to 3 does not start where 0 to 1 ends"):
-        joined(line(0.0, 1.0), line(2.0, 3.0))
+        concatenated(line(0.0, 1.0), line(2.0, 3.0))
     with pytest.raises(InputError, match="has other joints than"):
-        joined(line(0.0, 1.0), line(1.0, 2.0, "wrist"))
+        concatenated(line(0.0, 1.0), line(1.0, 2.0, "wrist"))
     hand = dataclasses.replace(line(1.0, 2.0), angles=None, joint_names=())
     with pytest.raises(InputError, match="only motions with joint angles"):
-        joined(hand, hand)
+        concatenated(hand, hand)
 
 
 def with_box(
