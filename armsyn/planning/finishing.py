@@ -17,55 +17,20 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
-from armsyn.kernels.reaches import ALLOWED
-from armsyn.motion.peaks import count_peaks
-from armsyn.planning.bending import keeping_hand, leaves_range, to_end, within_ranges
+from armsyn.planning.allowed import Finished, checked
+from armsyn.planning.bending import keeping_hand, to_end
 from armsyn.planning.end_posture import end_posture, fulfilled
 from armsyn.planning.ending import EASE
-from armsyn.planning.generation.judging import judge
-from armsyn.planning.generation.pacing import pace
+from armsyn.planning.evenness import UnevenError
 from armsyn.planning.planned import PlannedReach, trajectory_of
 from armsyn.planning.posing import HandTask
 from armsyn.planning.postures import tips
 from armsyn.planning.swivel import swivels
-from armsyn.planning.timing import in_time
-from armsyn.safety import check_trajectory
-from armsyn.scoring import movement
 
 FloatArray = NDArray[np.float64]
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Of minimum jerk that are tried where a hand would speed up more than once."""
-
-_SWING = 1e-4
-"""rad (or m) by which a spline between samples within a range may leave it, and is put right."""
-
-
-class Finished(NamedTuple):
-    """A motion that an arm may follow.
-
-    Attributes
-    ----------
-    angles : array, shape (frames, n)
-        At the rate that was asked for, rad or m.
-    positions : array, shape (frames, n + 1, 3)
-        Of every joint and the tip then, m.
-    time_scale : float
-        kappa.
-    swivel_m : float or None
-        By how much the elbow ends elsewhere, m; None for the motion as predicted.
-    evened : float
-        How much of it is minimum jerk of every joint instead of what was predicted, 0 to 1.
-    refused : str
-        Why the predicted motion was, if it was.
-    """
-
-    angles: FloatArray
-    positions: FloatArray
-    time_scale: float
-    swivel_m: float | None = None
-    evened: float = 0.0
-    refused: str = ""
 
 
 class _Way(NamedTuple):
@@ -122,21 +87,21 @@ def _other_ways(
     arm: ArmDescription, angles: FloatArray, task: HandTask, *, uneven: bool
 ) -> Iterator[_Way]:
     """What else may serve; the one that is likeliest to first."""
-    here = (_Way(_evened(angles, share), None, share) for share in SHARES)
+    here = (_Way(evened(angles, share), None, share) for share in SHARES)
     if uneven:
         yield from here
     for swivel in swivels(arm.chain, task, angles[-1]):
         for way in _ways(arm, angles, swivel.posture):
             yield _Way(way, swivel.moved_m, 0.0)
-        yield _Way(_evened(way, 1.0), swivel.moved_m, 1.0)
+        yield _Way(evened(way, 1.0), swivel.moved_m, 1.0)
     if not uneven:
         yield from here
 
 
-def _evened(angles: FloatArray, share: float) -> FloatArray:
-    """Mix a share of minimum jerk of every joint into a motion."""
-    even = angles[0] + EASE[:, None] * (angles[-1] - angles[0])
-    return np.asarray(angles + share * (even - angles))
+def evened(angles: FloatArray, share: float) -> FloatArray:
+    """Mix a share of minimum jerk of every joint into motions, shape (..., phases, n)."""
+    start, way = angles[..., :1, :], angles[..., -1:, :] - angles[..., :1, :]
+    return np.asarray(angles + share * (start + EASE[:, None] * way - angles))
 
 
 def reach_of(
@@ -207,98 +172,3 @@ def _ways(arm: ArmDescription, angles: FloatArray, end: FloatArray) -> Iterator[
     if kept is not None:
         yield kept
     yield elsewhere
-
-
-def checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: float) -> Finished:
-    """Bend a motion into the ranges, slow it, and refuse it if that fails or if it touches.
-
-    Parameters
-    ----------
-    arm : ArmDescription
-    angles : array, shape (phases, n)
-        rad or m; the first and the last row within the limits.
-    duration : float
-        s.
-    rate_hz : float
-
-    Returns
-    -------
-    Finished
-
-    Raises
-    ------
-    LimitError, CollisionError
-        In the words of `armsyn.safety.check_trajectory`.
-    UnevenError
-        The hand's speed has more than one peak.
-    """
-    chain = arm.chain
-    bent = within_ranges(chain, angles)
-    paced = pace(arm, bent[None], np.array([duration]), rate_hz)
-    if _swing(arm, paced.paths) > _SWING:  # the spline between samples that are within
-        bent = within_ranges(chain, angles, inset=True)
-        paced = pace(arm, bent[None], np.array([duration]), rate_hz)
-    if outside := leaves_range(chain, bent):
-        raise outside
-    samples, scale = paced.path(0), float(paced.scales[0])
-    if not len(samples):  # which then is refused here, by the joint's name
-        samples, scale = in_time(bent, duration, arm, rate_hz)
-    if _swing(arm, samples) < _SWING:
-        np.clip(samples, chain.lower, chain.upper, out=samples)
-    if judge(arm, paced).kinds[0] != ALLOWED:  # said in the driver's own words
-        positions = chain.positions(samples)
-        check_trajectory(trajectory_of(arm, samples, positions, rate_hz, "the reach"), arm)
-    positions = arm.chain.positions(samples)
-    if uneven := uneven_speed(positions[:, -1], rate_hz):
-        raise uneven
-    return Finished(samples, positions, scale)
-
-
-def _swing(arm: ArmDescription, samples: FloatArray) -> float:
-    """How far samples leave the joints' ranges, rad or m."""
-    beyond = np.maximum(arm.chain.lower - samples, samples - arm.chain.upper)
-    return float(beyond.max(initial=0.0))
-
-
-def uneven_speed(hand: FloatArray, rate_hz: float) -> UnevenError | None:
-    """Return the refusal of a motion whose hand speeds up more than once; None for a bell.
-
-    Peaks are those of `armsyn.scoring`: of the speed as it is, or else filtered as there.
-
-    Parameters
-    ----------
-    hand : array, shape (frames, 3)
-        m, at `rate_hz`.
-    rate_hz : float
-    """
-    speed = np.linalg.norm(np.diff(hand, axis=0), axis=1) * rate_hz
-    if not speed.size or count_peaks(speed, rate_hz) <= 1:
-        return None
-    peaks = count_peaks(*_movement(hand, rate_hz))
-    if peaks <= 1:
-        return None
-    return UnevenError(
-        f"the hand would speed up {peaks} times on its way: go by way of another target", peaks
-    )
-
-
-def _movement(hand: FloatArray, rate_hz: float) -> tuple[FloatArray, float]:
-    """The hand's speed from onset to offset, m/s, and its rate, as it is measured of any motion."""
-    moved = movement(np.arange(len(hand)) / rate_hz, hand)
-    return moved.speed, moved.rate
-
-
-class UnevenError(RefusedMotionError):
-    """A reach whose hand would speed up more than once.
-
-    Parameters
-    ----------
-    message : str
-        One line.
-    peaks : int
-        Of the hand's speed.
-    """
-
-    def __init__(self, message: str, peaks: int) -> None:
-        super().__init__(message)
-        self.peaks = peaks

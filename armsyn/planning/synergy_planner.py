@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import InputError, RefusedMotionError, UnreachableError
+from armsyn.planning.allowed import Finished
 from armsyn.planning.checking import (
     PLANNING_RATE_HZ,
     TOLERANCE_M,
@@ -25,8 +26,9 @@ from armsyn.planning.checking import (
     out_of_reach,
     where,
 )
+from armsyn.planning.evenness import uneven_speed
 from armsyn.planning.examples import PHASES
-from armsyn.planning.finishing import Finished, finished, reach_of, uneven_speed
+from armsyn.planning.finishing import finished, reach_of
 from armsyn.planning.nearest import NearestReaches
 from armsyn.planning.planned import PlannedReach
 from armsyn.planning.posing import HandOrientation, HandTask
