@@ -88,7 +88,7 @@ def apply(**options: Any) -> None:
     notes = [] if arm is None else _safe(result, arm, options["slower"] or 1.0)
     scored = score_edit(result)
     write(result, model, scored, solver.coefficient_bound, notes, options)
-    tell(result, scored, notes, options)
+    tell(result, scored, solver.coefficient_bound, notes, options)
 
 
 def _slowed(clip: Clip, factor: float | None) -> Clip:

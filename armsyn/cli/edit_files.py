@@ -136,20 +136,25 @@ def _as_written(clip: BodyMotion, result: EditResult, out: Path, notes: list[str
     return even
 
 
-def tell(result: EditResult, scored: Scored, notes: list[str], options: dict[str, Any]) -> None:
-    """Print an edit's figures, for people or as JSON."""
+def tell(
+    result: EditResult, scored: Scored, bound: float, notes: list[str], options: dict[str, Any]
+) -> None:
+    """Print an edit's figures, for people or as JSON; what to look at on standard error, too."""
+    from armsyn.editing.cautions import edit_cautions
     from armsyn.editing.report import edit_as_dict, figure_rows
 
+    cautions = edit_cautions(result, bound)
+    for caution in cautions:
+        click.echo(f"look: {caution}", err=True)
     written = {key: options[key] for key in ("out", "latent", "page", "plot")}
     if options["as_json"]:
         import json
 
         files = {key: None if path is None else str(path) for key, path in written.items()}
-        document = edit_as_dict(result, scored) | {"notes": notes, "files": files}
+        said = {"cautions": cautions, "notes": notes, "files": files}
+        document = edit_as_dict(result, scored) | said
         click.echo(json.dumps(document, indent=2, allow_nan=False))
         return
-    if not result.success:
-        click.echo("not every constraint is met: see what each level misses", err=True)
     for what, value in figure_rows(result):
         click.echo(f"{what}: {value}")
     if scored.score is None:

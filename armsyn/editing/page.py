@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 
+from armsyn.editing.cautions import edit_cautions
 from armsyn.editing.pictures import draw_edit
 from armsyn.editing.report import Scored, figure_rows
 from armsyn.editing.result import EditResult
@@ -63,9 +64,11 @@ def page(
     result: EditResult, scored: Scored, coefficient_bound: float, notes: Sequence[str] = ()
 ) -> str:
     """Return an edit's page; whatever files call themselves is text in it, never markup."""
-    verdict = "Every constraint is met." if result.success else "Not every constraint is met."
+    verdict = "Every constraint is met." if result.success else ""
+    cautions = [f"Look: {caution}." for caution in edit_cautions(result, coefficient_bound)]
+    said = " ".join(map(escape, filter(None, [verdict, *cautions, *notes])))
     title = escape(f"{result.original.source or 'clip'}, edited")
-    parts = [_HEAD.format(title=title, verdict=" ".join([verdict, *map(escape, notes)]))]
+    parts = [_HEAD.format(title=title, verdict=said)]
     parts.append(f'<img alt="before and after" src="{_picture(result, coefficient_bound)}">')
     parts += ["<h2>The edit</h2>", _table(("what", "value"), figure_rows(result))]
     parts.append("<h2>Score of after against before</h2>")

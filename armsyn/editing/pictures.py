@@ -41,7 +41,8 @@ def draw_edit(result: EditResult, coefficient_bound: float) -> Drawing:
     axes = drawing.subplots(2, 2)
     for place, view in zip(axes[0], (SIDE, FRONT), strict=True):
         draw_view(place, result, view)
-    axes[0][0].legend(fontsize="small")
+    if result.constrained:
+        axes[0][0].legend(fontsize="small", loc="upper left")
     _draw_speed(axes[1][0], result)
     _draw_coefficients(axes[1][1], result, coefficient_bound)
     drawing.suptitle(f"{result.original.source or 'clip'}: grey before, red after")
@@ -89,13 +90,14 @@ def draw_view(axes: Any, result: EditResult, view: View) -> None:
             alpha = 0.35 + 0.65 * number / max(1, len(frames) - 1)
             for line in lines:
                 axes.plot(line[:, across], line[:, up], color=colour, alpha=alpha, linewidth=1.3)
-        for name in result.constrained:
+        for number, name in enumerate(result.constrained):
             path = positions[:, result.figure.tree.body(name)]
-            shown = f"{name}, {label}" if len(result.constrained) == 1 else None
+            whose = name if len(result.constrained) == 1 else "paths"
+            shown = None if number else f"{whose}, {label}"
             style = {"color": colour, "linestyle": "--", "linewidth": 1.5, "label": shown}
             axes.plot(path[:, across], path[:, up], **style)
     axes.set(xlabel=f"{x}, m", ylabel=f"{y}, m", title=f"frames {', '.join(map(str, frames))}")
-    axes.set_aspect("equal", adjustable="box")
+    axes.set_aspect("equal", adjustable="datalim")
 
 
 def _draw_speed(axes: Any, result: EditResult) -> None:

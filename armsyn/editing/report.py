@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from armsyn.editing.pattern.model import MotionModel
 from armsyn.editing.result import EditResult
 from armsyn.errors import InputError
 from armsyn.motion import FloatArray, Motion
+from armsyn.scoring.comparison import refusal_of_paper_distance
 from armsyn.scoring.score import Score, Settings, score_as_dict, score_motions
 
 SCHEMA = "armsyn-edit-1"
@@ -77,9 +79,21 @@ def score_edit(result: EditResult) -> Scored:
     before, after = as_landmarks(result)
     try:
         settings = Settings(rebuild=False)
-        return Scored(score_motions(("original", before), ("edited", after), settings), "")
+        return Scored(
+            _without_verdict(score_motions(("original", before), ("edited", after), settings)), ""
+        )
     except InputError as error:
         return Scored(None, str(error))
+
+
+def _without_verdict(score: Score) -> Score:
+    """Leave out that the captured target is missed: an edit goes where it is asked to."""
+    missed = refusal_of_paper_distance(1.0, score.comparison.endpoint_error)
+    if missed is None or score.comparison.refusal != missed:
+        return score
+    return dataclasses.replace(
+        score, comparison=dataclasses.replace(score.comparison, refusal=None)
+    )
 
 
 def edit_as_dict(result: EditResult, scored: Scored) -> dict[str, Any]:
@@ -114,6 +128,7 @@ def edit_as_dict(result: EditResult, scored: Scored) -> dict[str, Any]:
         "foot_slide_m": {
             name: {"before": before, "after": after} for name, (before, after) in slides.items()
         },
+        "foot_lift_m": {name: foot.lift for name, foot in result.feet.items()},
         "score": None if scored.score is None else score_as_dict(scored.score),
         "score_refusal": scored.refusal or None,
     }
@@ -157,8 +172,9 @@ def figure_rows(result: EditResult) -> list[tuple[str, str]]:
         rows.append(("nearest example", f"{result.nearest[0]}, {result.nearest[1]:.2f} sigma away"))
     rows.append(("largest change", f"{100 * _largest_change(result):.2f} cm"))
     rows.append(("start drift", f"{100 * result.start_drift_m:.2f} cm"))
-    for name, (before, after) in (result.foot_slide_m or {}).items():
-        rows.append((f"slide of {name}", f"{100 * before:.2f} -> {100 * after:.2f} cm"))
+    for name, foot in result.feet.items():
+        slides = f"{100 * foot.slide_before:.2f} -> {100 * foot.slide_after:.2f} cm"
+        rows.append((f"slide of {name}", f"{slides}, lifted or sunk by {100 * foot.lift:.2f} cm"))
     return rows
 
 
