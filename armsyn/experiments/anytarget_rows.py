@@ -153,6 +153,13 @@ ROWS = (
         "latent",
     ),
     Row(
+        "latent_chosen",
+        "latent, chosen",
+        "latent",
+        "latent, its kernels chosen in every fold by leaving out each of the fold's own targets",
+        partial(learn_predictor, "latent", fewest=2),
+    ),
+    Row(
         "joined",
         "joined",
         "joined",

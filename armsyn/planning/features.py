@@ -108,7 +108,11 @@ FEWEST_GROUPS = 12
 
 
 def best_kernel(
-    features: FloatArray, outputs: FloatArray, groups: tuple[str, ...], kernels: Sequence[Kernel]
+    features: FloatArray,
+    outputs: FloatArray,
+    groups: tuple[str, ...],
+    kernels: Sequence[Kernel],
+    fewest: int = FEWEST_GROUPS,
 ) -> Kernel:
     """Return the kernel that predicts best what is left out, a group at a time.
 
@@ -120,13 +124,14 @@ def best_kernel(
     groups : tuple of str
         Which examples are left out together.
     kernels : sequence of Kernel
-        To choose from; with fewer than `FEWEST_GROUPS` groups, the first.
+        To choose from; with fewer than `fewest` groups, the first.
+    fewest : int
 
     Returns
     -------
     Kernel
     """
-    if len(set(groups)) < FEWEST_GROUPS:
+    if len(set(groups)) < fewest:
         return kernels[0]
     errors = [(left_out_errors(features, outputs, groups, one) ** 2).sum() for one in kernels]
     return kernels[int(np.argmin(errors))]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from armsyn.kinematics import SerialChain
 from armsyn.planning.ending import led_to
 from armsyn.planning.examples import PHASES, Examples
-from armsyn.planning.features import Kernel, Regression, best_kernel, regression
+from armsyn.planning.features import FEWEST_GROUPS, Kernel, Regression, best_kernel, regression
 from armsyn.planning.hull import Hull
 from armsyn.planning.leading import deviate_each
 from armsyn.planning.linear import check_enough
@@ -134,7 +134,11 @@ class LatentPredictor:
 
 
 def learn_latent(
-    examples: Examples, *, kernel: Kernel | None = None, damping: float = DAMPING
+    examples: Examples,
+    *,
+    kernel: Kernel | None = None,
+    damping: float = DAMPING,
+    fewest: int = FEWEST_GROUPS,
 ) -> LatentPredictor:
     """Learn the map from targets to motions and the spread around it.
 
@@ -148,6 +152,9 @@ def learn_latent(
     damping : float
         Of the deviation that meets the start posture and the end, as a share of the examples' own
         deviations there; 0 would meet them by the pattern alone, however unlikely.
+    fewest : int
+        Targets that choosing kernels, of motions and of movement times, takes; with fewer they are
+        the first of each list.
 
     Returns
     -------
@@ -165,7 +172,7 @@ def learn_latent(
     components /= np.linalg.norm(components, axis=1, keepdims=True)
     scores = (motions - mean) @ components.T
     if kernel is None:
-        kernel = best_kernel(examples.targets, scores, examples.places, KERNELS)
+        kernel = best_kernel(examples.targets, scores, examples.places, KERNELS, fewest)
     fit = regression(examples.targets, scores, kernel)
     deviations = _principal(motions - mean - fit(examples.targets) @ components)
     return LatentPredictor(
@@ -175,7 +182,7 @@ def learn_latent(
         mean,
         deviations,
         _softness(deviations, examples.chain.dof, damping),
-        learn_movement_time(examples),
+        learn_movement_time(examples, fewest),
         Hull.of(examples.targets),
     )
 

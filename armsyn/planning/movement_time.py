@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from armsyn.kinematics import SerialChain
 from armsyn.planning.examples import Examples
-from armsyn.planning.features import Kernel, Regression, best_kernel, regression
+from armsyn.planning.features import FEWEST_GROUPS, Kernel, Regression, best_kernel, regression
 from armsyn.planning.postures import tips
 
 FloatArray = NDArray[np.float64]
@@ -39,7 +39,7 @@ class MovementTime:
         return np.clip(self.fit(features)[:, 0], self.shortest, self.longest)
 
 
-def learn_movement_time(examples: Examples) -> MovementTime:
+def learn_movement_time(examples: Examples, fewest: int = FEWEST_GROUPS) -> MovementTime:
     """Fit movement times by ridge regression.
 
     The penalty is the one that predicts best what is left out, a target at a time.
@@ -47,6 +47,8 @@ def learn_movement_time(examples: Examples) -> MovementTime:
     Parameters
     ----------
     examples : Examples
+    fewest : int
+        Targets that such a choice takes; with fewer it is the first of `KERNELS`.
 
     Returns
     -------
@@ -55,7 +57,7 @@ def learn_movement_time(examples: Examples) -> MovementTime:
     features = _features(tips(examples.chain, examples.starts), examples.targets)
     durations = examples.durations[:, None]
 
-    kernel = best_kernel(features, durations, examples.places, KERNELS)
+    kernel = best_kernel(features, durations, examples.places, KERNELS, fewest)
     return MovementTime(
         regression(features, durations, kernel),
         float(examples.durations.min()),
