@@ -24,6 +24,7 @@ REALTIME = frozenset(
         "cli/test_reach_refusals",
         "cli/test_set_up",
         "cli/test_stream",
+        "cli/test_track",
         "contract/test_easy_groups",
         "contract/test_easy_sdk",
         "contract/test_rustypot",

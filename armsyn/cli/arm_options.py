@@ -73,8 +73,12 @@ json_option = click.option(
 
 def arm_options(command: Command) -> Command:
     """Give a command the options that say which arm, where, and whether in JSON."""
-    options = (json_option, plant_option, calibration_option, unit_option, arm_option, port_option)
-    for option in options:
+    return which_arm_options(json_option(command))
+
+
+def which_arm_options(command: Command) -> Command:
+    """Give a command the options that say which arm, and where."""
+    for option in (plant_option, calibration_option, unit_option, arm_option, port_option):
         command = option(command)
     return command
 

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from armsyn.cli.arm_options import DEFAULT_ARM, arm_options, connected
+from armsyn.cli.arm_options import DEFAULT_ARM, connected, which_arm_options
 from armsyn.cli.choices import IKS, MODELS
 from armsyn.cli.operating import consent_option
 
 if TYPE_CHECKING:
     from armsyn.cli.arm_options import Connection
-    from armsyn.cli.track_report import Teller
+    from armsyn.cli.track_feed import TargetFeed
+    from armsyn.cli.track_lines import LineReader
+    from armsyn.cli.track_teller import Teller
     from armsyn.driver import ArmSession, Recording
     from armsyn.planning.tracking_plan import LawPlanner
 
@@ -31,7 +33,8 @@ RECORDED_S, _UNRECORDED_S = 3600.0, 10.0
 
 
 @click.command()
-@arm_options
+@which_arm_options
+@click.option("--json", "as_json", is_flag=True, help="Every event as a line of JSON.")
 @click.option(
     "--rate",
     "rate_hz",
@@ -86,18 +89,20 @@ def track(**options: Any) -> None:
     {"target": [0.40, 0.15, 0.02], "t": 0.7, "id": "second"}
 
     Metres, arm base frame. A new target may come at any moment: the hand turns to it from
-    wherever it is, at the speed that it has. Of targets that have come together the newest counts
-    (--each goes to one after the other); one with "t" waits until so many seconds after the
-    start. A line that is no target, or whose target cannot be reached, is answered by its number
-    on standard error, and the arm goes on to the last good one; without a new one it holds.
-    What comes before the arm is ready (a line says so) waits.
+    wherever it is, at the speed that it has. Of targets that have come together the newest that
+    can be reached counts (--each goes to one after the other); one with "t" waits until so many
+    seconds after the start, and holds up no other. A line that is no target, or whose target
+    cannot be reached, is answered by its number on standard error, and the arm goes on to the last
+    good one; without a new one it holds. What comes before the arm is ready (a line says so) waits.
 
     At the end of the input the last motion is finished, and the arm holds; --park puts it to
     rest and lets go. Ctrl-C decelerates and, if the way is short and checked, goes to the rest
     posture; a second Ctrl-C holds at once. With --json every event is one line of JSON.
     """  # noqa: D301 - after \b click leaves a paragraph as it stands
     from armsyn.arm import find_file
-    from armsyn.cli.track_report import Teller, check_plot
+    from armsyn.cli.track_lines import LineReader
+    from armsyn.cli.track_report import check_plot
+    from armsyn.cli.track_teller import Teller
     from armsyn.driver import check_recording_path
     from armsyn.errors import ArmsynError, InputError
     from armsyn.planning.tracking_plan import LawPlanner
@@ -105,6 +110,7 @@ def track(**options: Any) -> None:
 
     if sys.stdin is None:
         raise InputError("there is no standard input to read targets from")
+    reader = LineReader(sys.stdin.fileno())
     context = click.get_current_context()
     if options["record"]:
         check_recording_path(options["record"])
@@ -116,7 +122,7 @@ def track(**options: Any) -> None:
         with connected(options) as there:
             arm = there.arm.slowed(_slower(options))
             planner = LawPlanner(arm, library, options["ik"], options["model"])
-            status = _track(there, planner, teller, options)
+            status = _track(there, planner, reader, teller, options)
     except ArmsynError as error:
         if not options["as_json"]:
             raise
@@ -132,7 +138,13 @@ def _slower(options: dict[str, Any]) -> float:
     return float(options["slower"])
 
 
-def _track(there: Connection, planner: LawPlanner, teller: Teller, options: dict[str, Any]) -> int:
+def _track(
+    there: Connection,
+    planner: LawPlanner,
+    reader: LineReader,
+    teller: Teller,
+    options: dict[str, Any],
+) -> int:
     """Track, perhaps park, and write what there is to write; returns the exit status."""
     from armsyn.cli.track_report import finish
     from armsyn.driver import ArmSession, Ending
@@ -150,7 +162,7 @@ def _track(there: Connection, planner: LawPlanner, teller: Teller, options: dict
         ) as session,
     ):
         session.gravity, session.realtime = not options["no_gravity"], options["realtime"]
-        recording = _follow(session, planner, teller, options)
+        recording = _follow(session, planner, reader, teller, options)
         ending = recording.ending
         if options["park"] and ending is Ending.COMPLETED:
             ending = park(session).ending
@@ -169,20 +181,29 @@ def _quick_switching() -> Iterator[None]:
 
 
 def _follow(
-    session: ArmSession, planner: LawPlanner, teller: Teller, options: dict[str, Any]
+    session: ArmSession,
+    planner: LawPlanner,
+    reader: LineReader,
+    teller: Teller,
+    options: dict[str, Any],
 ) -> Recording:
     """Stream until the input has ended and the last motion with it."""
     from armsyn.cli.stream_report import keep
     from armsyn.cli.track_feed import TargetFeed
-    from armsyn.cli.track_lines import LineReader
     from armsyn.driver import still_posture
     from armsyn.driver.path import BLEND
-    from armsyn.planning.tracking import ReachTracker
+    from armsyn.planning.tracking import LEAD_S, ReachTracker
 
     tracker = ReachTracker(planner, still_posture(session), earliest=BLEND)
-    feed = TargetFeed(tracker, LineReader(sys.stdin.fileno()), teller.tell, each=options["each"])
-    tracker.on_end = feed.ended
     longest = options["longest"] or LONGEST_S
+
+    def stopping() -> bool:
+        return session.stops.count > 0 or tracker.now + LEAD_S >= longest
+
+    feed = TargetFeed(
+        tracker, reader, teller.tell, each=options["each"], longest=longest, stopping=stopping
+    )
+    tracker.on_end = feed.ended
     kept = RECORDED_S if options["record"] or options["plot"] else _UNRECORDED_S
     try:
         with feed:
@@ -192,10 +213,15 @@ def _follow(
                 teller.tick,
                 recorded=min(kept, longest),
             )
+        _raise_of(feed)
     except BaseException:
         last = () if session.recording is None else (session.recording,)
         keep(last, planner.arm, options)
         raise
+    return recording
+
+
+def _raise_of(feed: TargetFeed) -> None:
+    """Raise what ended the thread of targets too early."""
     if feed.error is not None:
         raise feed.error
-    return recording

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections import deque
 from collections.abc import Callable
 from typing import Any, Self
 
 from armsyn.cli.track_lines import LineReader, NumberedTarget, parse_target
+from armsyn.cli.track_waiting import WaitingTargets
 from armsyn.errors import FormatError, InputError, RefusedMotionError
-from armsyn.planning.tracking import LEAD_S, ReachTracker
+from armsyn.planning.tracking import ReachTracker
 from armsyn.planning.tracking_state import Arrival
 
 LOOK_S = 0.01
@@ -22,9 +22,8 @@ Tell = Callable[[dict[str, Any]], None]
 class TargetFeed(threading.Thread):
     """Reads lines, and turns the tracker to each target when it is due.
 
-    Nothing is planned before the stream has begun, of which it tells as ``ready``. A line with a
-    time waits for it, and those after it wait, too. Of lines without, the newest that
-    has come counts: those before it are passed over, unless each is to be gone to in turn.
+    Nothing is planned before the stream has begun, of which it tells as ``ready``; once the arm
+    stops, nothing any more. Which target is next, `armsyn.cli.track_waiting` says.
 
     Parameters
     ----------
@@ -32,9 +31,13 @@ class TargetFeed(threading.Thread):
         Its `on_end` must be this feed's `ended`.
     reader : LineReader
     tell : callable
-        Takes what has happened, ready for JSON; called in this thread only.
+        Takes what has happened, ready for JSON; called in this thread, and on leaving.
     each : bool
         Whether to turn to a target only when the hand has arrived at the one before.
+    longest : float
+        Seconds after which tracking ends: no line's time may be beyond.
+    stopping : callable
+        Whether the arm stops, and turns to no target any more.
 
     Attributes
     ----------
@@ -43,7 +46,14 @@ class TargetFeed(threading.Thread):
     """
 
     def __init__(
-        self, tracker: ReachTracker, reader: LineReader, tell: Tell, *, each: bool = False
+        self,
+        tracker: ReachTracker,
+        reader: LineReader,
+        tell: Tell,
+        *,
+        each: bool = False,
+        longest: float = float("inf"),
+        stopping: Callable[[], bool] = lambda: False,
     ) -> None:
         super().__init__(name="armsyn targets", daemon=True)
         self.tracker = tracker
@@ -51,10 +61,13 @@ class TargetFeed(threading.Thread):
         self._reader = reader
         self._tell = tell
         self._each = each
-        self._due: deque[NumberedTarget] = deque()
+        self._longest = longest
+        self._stopping = stopping
+        self._waiting = WaitingTargets(each=each)
+        self._followed: dict[int, NumberedTarget] = {}
         self._ends: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
         self._left = threading.Event()
-        self._ready = False
+        self._ready = self._stopped = False
 
     def ended(self, arrival: Arrival) -> None:
         """Take the end of following a target, in the stream's thread."""
@@ -68,6 +81,8 @@ class TargetFeed(threading.Thread):
         self._left.set()
         self.join()
         self._tell_ends()
+        for target in (*self._followed.values(), *self._waiting.give_up()):
+            self._say("unfinished", target)
 
     def run(self) -> None:
         """Work until the stream has ended."""
@@ -79,18 +94,24 @@ class TargetFeed(threading.Thread):
             self.tracker.finish()
 
     def _look(self) -> None:
-        if self._reader.ended:
-            self._left.wait(LOOK_S)
-        for number, text in self._reader.read(LOOK_S):
-            self._take(number, text)
+        self._read()
         if not self._streams():
             return
         self._tell_ends()
-        target = self._next()
+        target = None
+        if not self._stops() and (not self._each or self.tracker.at_rest):
+            target = self._waiting.next(self.tracker.now)
         if target is not None:
             self._aim(target)
-        elif self._reader.ended and not self._due:
+        elif self._reader.ended and not self._waiting:
             self.tracker.finish()
+
+    def _read(self) -> None:
+        if self._reader.ended or self._waiting.full:
+            self._left.wait(LOOK_S)
+            return
+        for number, text in self._reader.read(LOOK_S):
+            self._take(number, text)
 
     def _streams(self) -> bool:
         """Whether the arm takes setpoints already; says once when it begins to."""
@@ -99,41 +120,40 @@ class TargetFeed(threading.Thread):
             self._tell({"event": "ready"})
         return self._ready
 
+    def _stops(self) -> bool:
+        """Whether the arm stops; for good, as a request that is met is forgotten elsewhere."""
+        self._stopped = self._stopped or self._stopping()
+        return self._stopped
+
     def _take(self, number: int, text: bytes) -> None:
         try:
-            self._due.append(NumberedTarget(number, parse_target(text)))
+            line = parse_target(text, self._longest)
         except FormatError as error:
-            self._say("malformed", number, None, reason=str(error))
-
-    def _next(self) -> NumberedTarget | None:
-        """The target to turn to now."""
-        if self._each and not self.tracker.at_rest:
-            return None
-        while self._is_due(0):
-            target = self._due.popleft()
-            if self._each or not self._is_due(0):
-                return target
-            self._say("passed_over", target.number, target.line.id)
-        return None
-
-    def _is_due(self, place: int) -> bool:
-        if place >= len(self._due):
-            return False
-        t = self._due[place].line.t
-        return t is None or t <= self.tracker.now + 2.0 * LEAD_S
+            self._tell({"event": "malformed", "line": number, "id": None, "reason": str(error)})
+            return
+        target = NumberedTarget(number, line)
+        if self._stops():
+            self._say("refused", target, reason="the arm is stopping", kind="StopRequestedError")
+            return
+        for other in self._waiting.add(target, self.tracker.now):
+            self._say("passed_over", other)
 
     def _aim(self, target: NumberedTarget) -> None:
-        number, line = target.number, target.line
+        line = target.line
         try:
             aim = self.tracker.aim(line.target, line.t or 0.0, tag=target)
         except (RefusedMotionError, InputError) as error:
-            reason = " ".join(str(error).split())
-            self._say("refused", number, line.id, reason=reason, kind=type(error).__name__)
+            self._waiting.refused(target)
+            self._say(
+                "refused", target, reason=" ".join(str(error).split()), kind=type(error).__name__
+            )
             return
+        self._followed[target.number] = target
+        for other in self._waiting.accepted(target):
+            self._say("passed_over", other)
         self._say(
             "accepted",
-            number,
-            line.id,
+            target,
             target_m=list(line.target),
             t_s=aim.begin,
             like=aim.planned.learned,
@@ -145,14 +165,14 @@ class TargetFeed(threading.Thread):
         while not self._ends.empty():
             end = self._ends.get()
             target: NumberedTarget = end.aim.tag
+            self._followed.pop(target.number, None)
             self._say(
                 end.how,
-                target.number,
-                target.line.id,
+                target,
                 t_s=end.time,
                 time_s=max(0.0, end.time - end.aim.begin),
                 error_mm=1e3 * end.error,
             )
 
-    def _say(self, event: str, number: int, given: Any, **facts: Any) -> None:
-        self._tell({"event": event, "line": number, "id": given, **facts})
+    def _say(self, event: str, target: NumberedTarget, **facts: Any) -> None:
+        self._tell({"event": event, "line": target.number, "id": target.line.id, **facts})

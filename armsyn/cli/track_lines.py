@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import math
 import os
 import select
@@ -9,10 +10,13 @@ from dataclasses import dataclass, field
 
 import msgspec
 
-from armsyn.errors import FormatError
+from armsyn.errors import FormatError, InputError
 
 LONGEST_LINE = 10_000
 """Bytes; what is longer is no target."""
+
+FARTHEST_M = 1e6
+"""No arm's frame has places farther away; squares of far greater numbers would overflow."""
 
 _CHUNK = 65536
 
@@ -42,12 +46,14 @@ class NumberedTarget(msgspec.Struct, frozen=True):
     line: TargetLine
 
 
-def parse_target(text: bytes) -> TargetLine:
+def parse_target(text: bytes, longest: float = math.inf) -> TargetLine:
     """Read one line.
 
     Parameters
     ----------
     text : bytes
+    longest : float
+        s after which tracking ends.
 
     Returns
     -------
@@ -66,6 +72,10 @@ def parse_target(text: bytes) -> TargetLine:
         raise FormatError(f'{error}; a target is {{"target": [x, y, z]}} in metres') from error
     if not all(map(math.isfinite, (*line.target, line.t or 0.0))):
         raise FormatError("target and t must be finite numbers")
+    if any(abs(x) > FARTHEST_M for x in line.target):
+        raise FormatError(f"target must be within {FARTHEST_M:.0f} m")
+    if line.t is not None and line.t >= longest:
+        raise FormatError(f"t is {line.t:g} s, tracking ends at {longest:g} s")
     return line
 
 
@@ -81,6 +91,11 @@ class LineReader:
     ----------
     ended : bool
         Whether there is nothing more to come.
+
+    Raises
+    ------
+    InputError
+        Nothing can be read from it.
     """
 
     descriptor: int
@@ -88,14 +103,27 @@ class LineReader:
     _rest: bytes = b""
     _number: int = field(default=0)
 
+    def __post_init__(self) -> None:
+        try:
+            flags = fcntl.fcntl(self.descriptor, fcntl.F_GETFL)
+        except OSError as error:
+            raise _unreadable(error) from error
+        if flags & os.O_ACCMODE == os.O_WRONLY:
+            raise InputError("standard input is open for writing only: give targets to read")
+
     def read(self, patience: float) -> list[tuple[int, bytes]]:
         """Wait up to `patience` s for lines: their numbers, from 1, and text; none that are blank.
 
-        Of a line that is too long, only the beginning is kept.
+        Of a line that is too long, only the beginning is kept; InputError when reading fails.
         """
         if self.ended or not select.select([self.descriptor], [], [], patience)[0]:
             return []
-        chunk = os.read(self.descriptor, _CHUNK)
+        try:
+            chunk = os.read(self.descriptor, _CHUNK)
+        except BlockingIOError:  # somebody else has read it
+            return []
+        except OSError as error:
+            raise _unreadable(error) from error
         self.ended = not chunk
         *lines, rest = (self._rest + chunk).split(b"\n")
         self._rest = rest[: LONGEST_LINE + 1]
@@ -104,3 +132,7 @@ class LineReader:
         found = list(enumerate(lines, self._number + 1))
         self._number += len(lines)
         return [(number, text.strip()) for number, text in found if text.strip()]
+
+
+def _unreadable(error: OSError) -> InputError:
+    return InputError(f"standard input cannot be read: {error.strerror}")
