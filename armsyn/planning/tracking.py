@@ -12,18 +12,19 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from armsyn.ik import optimiser_settings
-from armsyn.planning.tracking_law import OFF, POSTURE, VELOCITY, Law, follow, tick
-from armsyn.planning.tracking_plan import GUARD, STEP_S, TOLERANCE_M, LawPlanner
-from armsyn.planning.tracking_state import Aim, Arrival, End, Going, State
+from armsyn.planning.tracking_ahead import Following, Foresight, Moment
+from armsyn.planning.tracking_arriving import ARRIVED_M, Measured, distance_from, looked
+from armsyn.planning.tracking_law import POSTURE, VELOCITY
+from armsyn.planning.tracking_plan import TOLERANCE_M, LawPlanner
+from armsyn.planning.tracking_sensing import sense
+from armsyn.planning.tracking_state import Aim, Arrival, State
 
 FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 CORRECTION_S = 0.1
 """Time constant with which it is learned how far a resting arm stands off its commands, s."""
@@ -34,65 +35,7 @@ LEAD_S = 0.02
 LONGEST_LEAD_S = 0.16
 """The same for a busy machine: each planning that was late doubles it."""
 
-ARRIVED_M = 1e-3
-"""m between measured hand and target within which the hand has arrived."""
-
-MISSED_M = 5e-3
-"""m beyond which a hand that can be brought no nearer has missed its target."""
-
-SETTLE_S = 0.1
-"""Seconds that the commanded hand is at its target before the measured one is looked at."""
-
-PATIENCE_S = 1.5
-"""Seconds after that in which the measured hand may still be brought nearer."""
-
-LATE_S = 5.0
-"""Seconds after which a hand that should have arrived by then is given up."""
-
 _TRIES = 4
-
-
-class Measured(Protocol):
-    """What the joints answered last; `armsyn.driver.joints.JointState` is one."""
-
-    @property
-    def position(self) -> FloatArray:
-        """rad, shape (n,)."""
-
-    @property
-    def fresh(self) -> BoolArray:
-        """Which of them answered, shape (n,)."""
-
-
-@dataclass
-class _Following:
-    """What is being followed.
-
-    Attributes
-    ----------
-    aim : Aim
-    law : Law
-        As it began.
-    since : float
-        s of the stream.
-    near_for : float
-        Seconds that the commanded hand has been at its target.
-    settled : bool
-    """
-
-    aim: Aim
-    law: Law
-    since: float
-    near_for: float = 0.0
-    settled: bool = False
-
-
-class _Moment(NamedTuple):
-    """What planning starts from; its state is never written to."""
-
-    t: float
-    state: State
-    following: _Following | None
 
 
 def _nobody(_: Arrival) -> None:
@@ -121,7 +64,7 @@ class ReachTracker:
     start: FloatArray
     on_end: Callable[[Arrival], None] = _nobody
     earliest: float = 0.0
-    _moment: _Moment = field(init=False)
+    _moment: Moment = field(init=False)
     _next: deque[Aim] = field(init=False, default_factory=deque)
     _finishing: bool = field(init=False, default=False)
 
@@ -129,11 +72,8 @@ class ReachTracker:
         self.planner.prepare()
         chain = self.planner.arm.chain
         self._state = State.at_rest(np.clip(self.start, chain.lower, chain.upper))
-        self._moment = _Moment(0.0, self._state.copy(), None)
-        self._chain = chain.arrays
-        self._settings = optimiser_settings(self.planner.ik)
-        self._bounds = self.planner.bounds(GUARD)
-        self._no_path = np.empty((0, self.start.size))
+        self._moment = Moment(0.0, self._state.copy(), None)
+        self._foresight = Foresight(self.planner)
         self._lock = threading.Lock()
         self._lead = LEAD_S
 
@@ -145,8 +85,9 @@ class ReachTracker:
     @property
     def at_rest(self) -> bool:
         """Whether there is no target left to arrive at."""
-        following = self._moment.following
-        return not self._next and (following is None or following.settled)
+        with self._lock:  # between being taken from the queue and being followed it is neither
+            following = self._moment.following
+            return not self._next and (following is None or following.settled)
 
     def finish(self) -> None:
         """Let the stream end once the last target is reached."""
@@ -177,7 +118,7 @@ class ReachTracker:
             with self._lock:
                 moment, queued = self._moment, tuple(self._next)
             begin = max(at, moment.t + self._lead, self.earliest)
-            going, state = self._ahead(moment, queued, begin)
+            going, state = self._foresight.state_at(moment, queued, begin)
             planned = self.planner.plan(state, target, going)
             aim = Aim(planned.law.target, planned, begin, tag)
             with self._lock:
@@ -197,46 +138,6 @@ class ReachTracker:
         self._next = deque(other for other in self._next if other.begin < aim.begin)
         self._next.append(aim)
         return passed
-
-    def _ahead(
-        self, moment: _Moment, queued: tuple[Aim, ...], begin: float
-    ) -> tuple[Going | None, State]:
-        """What the arm will follow, and in which state, if nothing else happens until then."""
-        t, following, state = moment.t, moment.following, moment.state.copy()
-        for aim in queued:
-            if aim.begin < begin:
-                turn = max(t, aim.begin)
-                self._play(following, state, t, turn)
-                following = _Following(aim, self._begun(aim, state), turn)
-                t = turn
-        self._play(following, state, t, begin)
-        if following is None:
-            return None, state
-        return Going(following.aim.planned, begin - following.since), state
-
-    def _play(self, following: _Following | None, state: State, t: float, until: float) -> None:
-        if following is None or until <= t:
-            return
-        steps = max(1, int(np.ceil((until - t) / STEP_S - 1e-6)))
-        follow(
-            self._chain,
-            self._settings,
-            following.law,
-            self._bounds,
-            state.sensed[OFF],
-            state.moving,
-            t - following.since,
-            (until - t) / steps,
-            steps,
-            -1.0,
-            True,
-            self._no_path,
-        )
-
-    def _begun(self, aim: Aim, state: State) -> Law:
-        """Law of an aim as it begins in a state."""
-        law = aim.planned.law
-        return self.planner.begun(law, state) if state.moving[VELOCITY:].any() else law
 
     def setpoint(self, t: float, state: Measured) -> FloatArray | None:
         """Posture for a time of the stream, from what the joints measured last.
@@ -261,27 +162,25 @@ class ReachTracker:
         if self._finishing and idle and not self._next:
             return None
         if following is not None:
-            distance, fastest = tick(
-                self._chain,
-                self._settings,
-                following.law,
-                self._bounds,
+            share = 0.0 if following.settled else 1.0 / CORRECTION_S
+            sense(
                 self._state.sensed,
-                moving,
+                moving[POSTURE],
+                moving[VELOCITY],
                 state.position,
                 state.fresh,
-                before.t - following.since,
                 span,
-                STEP_S,
-                0.0 if following.settled else 1.0 / CORRECTION_S,
+                share,
             )
+            elapsed = before.t - following.since
+            distance, fastest = self._foresight.play(following, self._state, elapsed, span)
             if not following.settled:
                 near = distance <= ARRIVED_M and 0.1 * fastest <= TOLERANCE_M
                 self._look(following, state, t, span if near else -np.inf)
-        self._moment = _Moment(t, self._state.copy(), following)
+        self._moment = Moment(t, self._state.copy(), following)
         return np.array(moving[POSTURE])
 
-    def _turned(self, before: _Moment) -> _Following | None:
+    def _turned(self, before: Moment) -> Following | None:
         """Turn to the next target if it is time to."""
         following = before.following
         with self._lock:
@@ -290,7 +189,7 @@ class ReachTracker:
                 aims.append(self._next.popleft())
             if not aims:
                 return following
-            turned = _Following(aims[-1], self._begun(aims[-1], self._state), before.t)
+            turned = Following(aims[-1], self._foresight.begun(aims[-1], self._state), before.t)
             self._moment = before._replace(following=turned)
         for aim in aims[:-1]:  # the host was late for them
             self.on_end(Arrival(aim, before.t, self._error_now(aim), "replaced"))
@@ -299,23 +198,11 @@ class ReachTracker:
             self.on_end(Arrival(following.aim, before.t, error, "replaced"))
         return turned
 
-    def _look(self, following: _Following, state: Measured, t: float, near: float) -> None:
-        """See whether the hand has arrived, the commanded one having been there `near` s more."""
-        following.near_for = max(0.0, following.near_for + near)
-        late = t - following.since > following.aim.planned.duration + LATE_S
-        if following.near_for < SETTLE_S and not late:
-            return
-        known = np.isfinite(state.position)
-        error = self._error(following.aim, np.where(known, state.position, self._state.seen))
-        if error <= ARRIVED_M or following.near_for >= PATIENCE_S or late:
-            following.settled = True
-            how: End = "arrived" if error <= MISSED_M else "missed"
-            self.on_end(Arrival(following.aim, t, error, how))
-
-    def _error(self, aim: Aim, posture: FloatArray) -> float:
-        hand = self.planner.arm.chain.forward(posture).tip
-        return float(np.linalg.norm(hand - aim.target))
+    def _look(self, following: Following, state: Measured, t: float, near: float) -> None:
+        arrival = looked(following, state, self._state.seen, t, near, self.planner.arm.chain)
+        if arrival is not None:
+            self.on_end(arrival)
 
     def _error_now(self, aim: Aim) -> float:
         """Distance of the hand from a target, as far as it is known, m."""
-        return self._error(aim, self._moment.state.seen)
+        return distance_from(aim, self._moment.state.seen, self.planner.arm.chain)

@@ -5,6 +5,9 @@ with a clock of its own since the target changed) plus what is left of the veloc
 had at that moment, fading away. So neither speed nor acceleration jumps when a target does. It is
 the scheme that the literature on double steps calls abort and replan (Henis and Flash, *Biol.
 Cybern.* 72, 1995); as the rest fades, the controller remains, and contracts.
+
+All of it stands in one file: a compiled function carries the code and the constants of those that
+it calls, and its cache on disk is only compared with the file that it stands in.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ from armsyn.kernels.chain import ChainArrays, forward, jacobian
 from armsyn.kernels.compiling import generated_kernel, kernel
 from armsyn.kernels.optimisers import OptimiserSettings, change_of_posture
 from armsyn.kernels.plain import ramp_value, task_error
-from armsyn.kernels.types import BoolArray, FloatArray
+from armsyn.kernels.types import FloatArray
 
 TARGET, CLOCK, RATE, RAMP, LIMIT_RATE, FADE = slice(0, 3), 3, 4, 5, 6, 7
 """Where what stands in `Law.hand`."""
@@ -31,20 +34,6 @@ SPEED, ACCELERATION, JERK = range(3)
 
 POSTURE, VELOCITY, BEND = range(3)
 """Rows of how an arm moves: rad, rad/s, rad/s2."""
-
-OFF, EXPECTED, TRAILED, MOVED = range(4)
-"""Rows of what is sensed: how far the arm stands off its commands, rad; where it is expected to
-be, rad; and, of the line through the origin that tells a joint's lag, the two sums."""
-
-LAGS_S = (0.01, 0.15)
-"""Lags of servos that are believed, s."""
-
-LARGEST_OFF = 0.1
-"""rad that the arm may stand off its commands and be corrected for."""
-
-SLOW = 0.1
-"""rad/s at which a joint tells half as much of what it stands off as one at rest: the faster, the
-more of its error is lag."""
 
 BRAKING = 0.8
 """Share of a joint's acceleration that it keeps for stopping before the end of its range."""
@@ -131,7 +120,19 @@ def carried_velocity(law: Law, joint: int, elapsed: float) -> float:
 
 
 @kernel
-def _advance(
+def stopping_speed(room: float, braking: float, step: float) -> float:
+    """Greatest speed, rad/s, at which a joint still stops within `room`, rad, by `braking`, rad/s2.
+
+    With steps of `step` s it goes on for one more at the speed that it has.
+    """
+    if room <= 0.0:
+        return 0.0
+    slip = braking * step
+    return math.sqrt(slip * slip + 2.0 * braking * room) - slip
+
+
+@generated_kernel  # gives way to other threads of Python: one plans while another streams
+def follow(
     chain: ChainArrays,
     optimiser: OptimiserSettings,
     law: Law,
@@ -145,7 +146,39 @@ def _advance(
     guarded: bool,
     path: FloatArray,
 ) -> tuple[int, float, float, float]:
-    """Let an arm follow a law; as `follow`, which see, with the fastest joint's speed last."""
+    """Let an arm follow a law for up to `steps` steps of `step` seconds.
+
+    Parameters
+    ----------
+    chain, optimiser, law
+        As named.
+    bounds : array, shape (3, n)
+        Greatest speeds, rad/s, accelerations, rad/s2, and jerks, rad/s3.
+    off : array, shape (n,)
+        What the arm stands off the posture that it is commanded, rad.
+    moving : array, shape (3, n)
+        Posture, rad, velocity, rad/s, and acceleration, rad/s2; written to.
+    elapsed : float
+        Since the law began, s.
+    step : float
+        s.
+    steps : int
+    tolerance : float
+        Stop once the hand is this near, m, and every joint slower than that, m, in a tenth of a
+        second and radians; negative: never.
+    guarded : bool
+        Whether velocities are kept within `bounds` and joints within their ranges; without it the
+        motion is as the law alone wants it.
+    path : array, shape (steps, n) or (0, n)
+        Filled with the posture after each step, rad.
+
+    Returns
+    -------
+    tuple of (int, float, float, float)
+        Steps made; the distance of the hand from its target before the last, m; by how much the
+        law would have to be slowed to keep the bounds, at most 1 where it does; and the fastest
+        joint's speed, rad/s.
+    """
     n = moving.shape[1]
     seen, velocity = np.empty(n), np.empty(n)
     lower, upper = chain.lower, chain.upper
@@ -181,134 +214,3 @@ def _advance(
         if distance <= tolerance and 0.1 * fastest <= tolerance:
             break
     return made, distance, excess, fastest
-
-
-@generated_kernel  # gives way to other threads of Python: one plans while another streams
-def follow(
-    chain: ChainArrays,
-    optimiser: OptimiserSettings,
-    law: Law,
-    bounds: FloatArray,
-    off: FloatArray,
-    moving: FloatArray,
-    elapsed: float,
-    step: float,
-    steps: int,
-    tolerance: float,
-    guarded: bool,
-    path: FloatArray,
-) -> tuple[int, float, float]:
-    """Let an arm follow a law for up to `steps` steps of `step` seconds.
-
-    Parameters
-    ----------
-    chain, optimiser, law
-        As named.
-    bounds : array, shape (3, n)
-        Greatest speeds, rad/s, accelerations, rad/s2, and jerks, rad/s3.
-    off : array, shape (n,)
-        What the arm stands off the posture that it is commanded, rad.
-    moving : array, shape (3, n)
-        Posture, rad, velocity, rad/s, and acceleration, rad/s2; written to.
-    elapsed : float
-        Since the law began, s.
-    step : float
-        s.
-    steps : int
-    tolerance : float
-        Stop once the hand is this near, m, and every joint slower than that, m, in a tenth of a
-        second and radians; negative: never.
-    guarded : bool
-        Whether velocities are kept within `bounds` and joints within their ranges; without it the
-        motion is as the law alone wants it.
-    path : array, shape (steps, n) or (0, n)
-        Filled with the posture after each step, rad.
-
-    Returns
-    -------
-    tuple of (int, float, float)
-        Steps made; the distance of the hand from its target before the last, m; and by how much
-        the law would have to be slowed to keep the bounds, at most 1 where it does.
-    """
-    made, distance, excess, _ = _advance(
-        chain, optimiser, law, bounds, off, moving, elapsed, step, steps, tolerance, guarded, path
-    )
-    return made, distance, excess
-
-
-@generated_kernel
-def tick(
-    chain: ChainArrays,
-    optimiser: OptimiserSettings,
-    law: Law,
-    bounds: FloatArray,
-    sensed: FloatArray,
-    moving: FloatArray,
-    position: FloatArray,
-    fresh: BoolArray,
-    elapsed: float,
-    span: float,
-    longest: float,
-    share: float,
-) -> tuple[float, float]:
-    """Learn from what was measured, then follow the law for `span` seconds.
-
-    A joint is taken to trail its commands by a first-order lag, which the measurements tell as
-    they go: the slope of commanded less measured over the speed expected.
-
-    Parameters
-    ----------
-    chain, optimiser, law, bounds, moving, elapsed
-        As `follow`; velocities are kept within `bounds`.
-    sensed : array, shape (4, n)
-        What is known of how measured joints differ from commands; written to.
-    position : array, shape (n,)
-        Measured last, rad.
-    fresh : array of bool, shape (n,)
-        Which joints were.
-    span : float
-        s.
-    longest : float
-        Longest step, s.
-    share : float
-        Of what a resting arm stands off, how much to learn a second, 1/s; 0 for nothing.
-
-    Returns
-    -------
-    tuple of (float, float)
-        Distance of the hand from its target, m, and the fastest joint's speed, rad/s.
-    """
-    n = moving.shape[1]
-    for i in range(n):
-        q = moving[POSTURE, i]
-        lag = min(max(sensed[TRAILED, i] / sensed[MOVED, i], LAGS_S[0]), LAGS_S[1])
-        behind = q - sensed[EXPECTED, i]
-        known = fresh[i] and math.isfinite(position[i])
-        if known:
-            speed = behind / lag
-            sensed[TRAILED, i] += span * speed * (q - position[i])
-            sensed[MOVED, i] += span * speed * speed
-        sensed[EXPECTED, i] += behind * (1.0 - math.exp(-span / lag))
-        if known:
-            gap = position[i] - sensed[EXPECTED, i] - sensed[OFF, i]
-            slow = SLOW / (SLOW + abs(moving[VELOCITY, i]))
-            off = sensed[OFF, i] + min(span * share * slow, 1.0) * gap
-            sensed[OFF, i] = min(max(off, -LARGEST_OFF), LARGEST_OFF)
-    steps = max(1, math.ceil(span / longest - 1e-6))
-    _, distance, _, fastest = _advance(
-        chain, optimiser, law, bounds, sensed[OFF], moving,
-        elapsed, span / steps, steps, -1.0, True, np.empty((0, n)),
-    )  # fmt: skip
-    return distance, fastest
-
-
-@kernel
-def stopping_speed(room: float, braking: float, step: float) -> float:
-    """Greatest speed, rad/s, at which a joint still stops within `room`, rad, by `braking`, rad/s2.
-
-    With steps of `step` s it goes on for one more at the speed that it has.
-    """
-    if room <= 0.0:
-        return 0.0
-    slip = braking * step
-    return math.sqrt(slip * slip + 2.0 * braking * room) - slip
