@@ -69,7 +69,9 @@ def generate(**options: Any) -> None:
 
     Targets come from a file, a grid or chance; every reach starts at the arm's rest posture, or,
     if the file's first line names the columns x, y, z and all joints, where its line says. Each is
-    planned, slowed until every joint's limits hold, and checked on its whole way for contacts. What
+    planned as armsyn reach --plan does it: slowed until every joint's limits hold, checked on its
+    whole way for contacts, and, where as predicted it does not pass or the hand would speed up more
+    than once, mixed with minimum jerk or ended with another swivel, which changes.csv tells. What
     is refused stands in refusals.csv, by index and with its reason; manifest.json says what the
     reaches are made from. They are planned, not measured: no arm or person moved so.
 
@@ -223,6 +225,11 @@ def _print(report: Report, out: Path) -> None:
     )
     if report.made:
         click.echo(f"slowed {report.slowed:.2f} times on the mean, to keep the joints' limits")
+    if report.evened or report.swivelled:
+        click.echo(
+            f"{report.evened} of them mixed with minimum jerk, {report.swivelled} with another"
+            " swivel of the arm: see changes.csv"
+        )
     if report.outside:
         click.echo(f"{report.outside} of them to targets outside the captured workspace")
     if refused:

@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 _CLOSE_M = 1e-4
 _PASSES = 12
-_INSIDE = 1e-6
+INSIDE = 1e-6
 """rad (or m) past a limit that are rounding."""
 _INSET = 0.01
 """rad (or m) inside its limit at which a joint is stopped, for splines swing a hair past."""
@@ -88,7 +88,7 @@ def leaves_range(chain: SerialChain, angles: FloatArray) -> LimitError | None:
     """
     beyond = np.maximum(chain.lower - angles, angles - chain.upper)
     frame, joint = divmod(int(beyond.argmax()), chain.dof)
-    if beyond[frame, joint] <= _INSIDE:
+    if beyond[frame, joint] <= INSIDE:
         return None
     name, value = chain.names[joint], float(angles[frame, joint])
     limit = float(chain.lower[joint] if value < chain.lower[joint] else chain.upper[joint])

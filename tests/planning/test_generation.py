@@ -27,6 +27,7 @@ from armsyn.safety import check_trajectory
 INPUTS = {"what": "a test"}
 SIZE = 130
 BOX = ([0.15, -0.45, -0.5], [0.6, 0.35, 0.3])
+TABLES = ("refusals.csv", "changes.csv")
 OUT_OF_REACH = (0.9, 0.9, 0.9)
 
 
@@ -78,7 +79,7 @@ def test_every_reach_is_one_that_may_be_driven_and_ends_at_its_target(made: Path
     told = {int(row["index"]): row for row in refused}[SIZE // 2]
     assert told["kind"] == "unreachable"
     assert [float(told[axis]) for axis in "xyz"] == list(OUT_OF_REACH)
-    assert "cm from the target" in told["reason"]
+    assert "the arm is 0.66 m long" in told["reason"]
 
 
 def test_the_manifest_says_what_it_is_and_of_what(made: Path) -> None:
@@ -91,7 +92,7 @@ def test_the_manifest_says_what_it_is_and_of_what(made: Path) -> None:
     for entry in manifest["files"]:
         assert chunks.checksum(made / entry["file"]) == entry["sha256"]
     names = {entry["file"] for entry in manifest["files"]}
-    assert {path.name for path in made.iterdir()} == names | {"manifest.json", "refusals.csv"}
+    assert {path.name for path in made.iterdir()} == names | {"manifest.json", *TABLES}
 
 
 def test_a_reach_is_the_same_whatever_chunk_it_is_in(made: Path) -> None:
@@ -130,7 +131,7 @@ def test_a_full_disk_keeps_what_is_finished_and_the_rest_can_follow(
     assert "No space left" in str(report.error)
     assert "reaches-000003.npz" in str(report.error)
     there = {path.name for path in folder.iterdir() if path.is_file()}
-    assert there == {*(f"reaches-00000{k}.npz" for k in range(3)), "manifest.json", "refusals.csv"}
+    assert there == {*(f"reaches-00000{k}.npz" for k in range(3)), "manifest.json", *TABLES}
     manifest = json.loads((folder / "manifest.json").read_text())
     assert manifest["complete"] is False
     assert len(manifest["files"]) == 3
@@ -186,7 +187,7 @@ def test_every_format_holds_the_same_reaches(kind: str, tmp_path: Path) -> None:
     if kind == "lerobot":
         paths = lerobot_paths(folder / "dataset.lerobot")
         assert {path.name for path in folder.iterdir()} == {
-            *("dataset.lerobot", "manifest.json", "refusals.csv")
+            *("dataset.lerobot", "manifest.json", *TABLES)
         }
     else:
         paths = found[kind](folder)

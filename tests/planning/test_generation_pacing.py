@@ -11,7 +11,7 @@ from armsyn.errors import CollisionError, LimitError
 from armsyn.kernels import reaches
 from armsyn.motion import Motion
 from armsyn.planning import timing
-from armsyn.planning.generation import Paced, Verdicts, judge, pace, reason
+from armsyn.planning.generation import Paced, Verdicts, judge, pace
 from armsyn.safety import check_trajectory
 
 FloatArray = NDArray[np.float64]
@@ -87,20 +87,16 @@ def check_alike(arm: ArmDescription, paced: Paced, verdicts: Verdicts, row: int)
     if error is None:
         assert kind == reaches.ALLOWED
         return
-    said = reason(arm, paced, verdicts, row)
     if isinstance(error, CollisionError):
         assert kind == reaches.CONTACT
         assert arm.solids.names[item] == (error.first, error.second)
         assert frame == error.frame
         assert value == pytest.approx(-error.depth, abs=1e-9)
-        assert error.first in said
-        assert error.second in said
         return
     words = {1: " be at ", 2: " a speed of ", 3: " an acceleration of ", 4: " a jerk of "}
     assert words[int(kind)] in str(error)
     assert arm.joint_names[item] == error.joint
     assert value == pytest.approx(error.value, rel=1e-9)
-    assert error.joint in said
 
 
 @pytest.mark.parametrize("name", ARMS)

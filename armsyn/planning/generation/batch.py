@@ -8,24 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.kernels import reaches
-from armsyn.planning.checking import TOLERANCE_M
-from armsyn.planning.generation.judging import judge, reason
-from armsyn.planning.generation.pacing import Paced, pace
+from armsyn.errors import CollisionError, LimitError, RefusedMotionError, UnreachableError
+from armsyn.planning.checking import checked_start
+from armsyn.planning.evenness import UnevenError
+from armsyn.planning.generation.following import follow
+from armsyn.planning.generation.pacing import Paced, joined
 from armsyn.planning.generation.targets import Targets
 from armsyn.planning.generation.variability import Variability
+from armsyn.planning.motion_planner import THERE_M
+from armsyn.planning.postures import tips
 from armsyn.planning.prediction import Predictor
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-KINDS = {
-    reaches.RANGE: "range",
-    reaches.SPEED: "speed",
-    reaches.ACCELERATION: "acceleration",
-    reaches.JERK: "jerk",
-    reaches.CONTACT: "collision",
-}
+KINDS: tuple[tuple[type[RefusedMotionError], str], ...] = (
+    (UnreachableError, "unreachable"),
+    (LimitError, "limit"),
+    (CollisionError, "collision"),
+    (UnevenError, "uneven"),
+)
+"""Why reaches are refused, in words of one table."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,7 @@ class Refusal:
     target : 3-tuple of float
         m.
     kind : str
-        ``unreachable``, or one of `KINDS`.
+        Of `KINDS`.
     reason : str
         One line.
     """
@@ -81,6 +84,27 @@ class Refusal:
     index: int
     target: tuple[float, float, float]
     kind: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Change:
+    """A reach that is made otherwise than it was predicted.
+
+    Parameters
+    ----------
+    index : int
+    evened : float
+        Share of minimum jerk of every joint in it, 0 to 1.
+    swivel_m : float
+        By how much the elbow ends elsewhere, m.
+    reason : str
+        Why it was refused as predicted, in one line.
+    """
+
+    index: int
+    evened: float
+    swivel_m: float
     reason: str
 
 
@@ -100,6 +124,10 @@ class Batch:
         m from the captured workspace; 0 inside, NaN when nothing was captured.
     paced : Paced
         The reaches.
+    evened, swivels : array, shape (M,)
+        See `Change`; 0 where nothing is changed.
+    changed : tuple of Change
+        Those that are.
     refused : tuple of Refusal
     """
 
@@ -109,11 +137,16 @@ class Batch:
     durations: FloatArray
     outside: FloatArray
     paced: Paced
+    evened: FloatArray
+    swivels: FloatArray
+    changed: tuple[Change, ...]
     refused: tuple[Refusal, ...]
 
 
 def make_batch(recipe: Recipe, first: int, last: int) -> Batch:
     """Make the reaches `first` to `last`, which is not included.
+
+    Each is what `armsyn.planning.motion_planner.MotionPlanner` plans, but for repeats that differ.
 
     Parameters
     ----------
@@ -124,47 +157,37 @@ def make_batch(recipe: Recipe, first: int, last: int) -> Batch:
     -------
     Batch
     """
-    index = np.arange(first, last)
-    targets, starts = _asked(recipe, first, last)
+    arm, index = recipe.arm, np.arange(first, last)
+    targets, asked = _asked(recipe, first, last)
+    starts, barred = _allowed_starts(arm, asked)
     predicted = recipe.predictor.predict(starts, targets)
     if recipe.variability is not None:
-        predicted = recipe.variability.vary(
-            recipe.arm.chain, predicted, targets, recipe.seed, first
-        )
-    usable = np.isfinite(predicted.angles).all(axis=(1, 2)) & np.isfinite(predicted.durations)
+        predicted = recipe.variability.vary(arm.chain, predicted, targets, recipe.seed, first)
     angles, durations = predicted.angles, predicted.durations
-    if not usable.all():  # these rest, until they are refused
-        angles = np.where(usable[:, None, None], angles, starts[:, None])
-        durations = np.where(usable, durations, 1.0)
-    paced = pace(recipe.arm, angles, durations, recipe.rate_hz)
-    hands = recipe.arm.chain.positions(angles[:, -1])[:, -1]
-    away = np.linalg.norm(hands - targets, axis=1)
-    verdicts = judge(recipe.arm, paced)
-    arrived = usable & (away <= TOLERANCE_M)
-    good = arrived & (paced.lengths > 0) & (verdicts.kinds == reaches.ALLOWED)
-
-    def refusal(row: int) -> Refusal:
-        x, y, z = targets[row].tolist()
-        if not usable[row]:
-            kind, said = "unreachable", "the prediction is not finite"
-        elif not arrived[row]:
-            kind = "unreachable"
-            said = f"the hand would end {away[row] * 100:.2f} cm from the target"
-        elif not paced.lengths[row]:
-            kind, said = "speed", "however slow, a joint's speed or acceleration does not hold"
-        else:
-            kind = KINDS[int(verdicts.kinds[row])]
-            said = reason(recipe.arm, paced, verdicts, row)
-        return Refusal(int(index[row]), (x, y, z), kind, said)
-
+    finite = np.isfinite(angles).all(axis=(1, 2)) & np.isfinite(durations)
+    there = np.linalg.norm(tips(arm.chain, starts) - targets, axis=1) <= THERE_M
+    if there.any() or not finite.all():  # these stay where they are
+        angles = np.where((finite & ~there)[:, None, None], angles, starts[:, None])
+        durations = np.where(finite, durations, 1.0)
+    found = follow(arm, angles, durations, targets, recipe.rate_hz)
+    refused = {**found.refused, **barred, **_not_finite(finite)}
+    rows = np.array([row for row in range(last - first) if row not in refused], dtype=np.intp)
+    paced = joined(found.paths, found.scales, rows, recipe.rate_hz, arm.chain.dof)
     return Batch(
-        index[good],
-        targets[good],
-        hands[good],
-        predicted.durations[good],
-        predicted.outside[good],
-        _kept(paced, good),
-        tuple(refusal(row) for row in np.flatnonzero(~good).tolist()),
+        index[rows],
+        targets[rows],
+        tips(arm.chain, paced.paths[paced.first[1:] - 1]),
+        durations[rows],
+        predicted.outside[rows],
+        paced,
+        found.evened[rows],
+        found.swivels[rows],
+        tuple(
+            Change(first + row, float(found.evened[row]), float(found.swivels[row]), why)
+            for row, why in sorted(found.changed.items())
+            if row not in refused
+        ),
+        tuple(_refusal(first + row, targets[row], refused[row]) for row in sorted(refused)),
     )
 
 
@@ -178,10 +201,27 @@ def _asked(recipe: Recipe, first: int, last: int) -> tuple[FloatArray, FloatArra
     return targets[rows], starts[rows]
 
 
-def _kept(paced: Paced, good: NDArray[np.bool_]) -> Paced:
-    """Some of the reaches, one after another."""
-    if good.all():
-        return paced
-    lengths = paced.lengths
-    first = np.concatenate([[0], np.cumsum(lengths[good])])
-    return Paced(paced.paths[np.repeat(good, lengths)], first, paced.scales[good], paced.rate_hz)
+def _allowed_starts(
+    arm: ArmDescription, starts: FloatArray
+) -> tuple[FloatArray, dict[int, RefusedMotionError]]:
+    """Starts within the joints' ranges, and the refusals of those that are not."""
+    inside, barred = np.clip(starts, arm.chain.lower, arm.chain.upper), {}
+    for row in np.flatnonzero((inside != starts).any(axis=1)).tolist():
+        try:
+            checked_start(arm, starts[row])
+        except LimitError as error:
+            barred[row] = error
+    return inside, dict(barred)
+
+
+def _not_finite(finite: NDArray[np.bool_]) -> dict[int, RefusedMotionError]:
+    return {
+        row: UnreachableError("the prediction is not finite", float("nan"))
+        for row in np.flatnonzero(~finite).tolist()
+    }
+
+
+def _refusal(index: int, target: FloatArray, error: RefusedMotionError) -> Refusal:
+    x, y, z = target.tolist()
+    kind = next(name for kind, name in KINDS if isinstance(error, kind))
+    return Refusal(index, (x, y, z), kind, str(error))

@@ -184,6 +184,7 @@ def _note(order: Order, number: int, batch: Batch, file: Path | None) -> dict[st
         "frames": int(batch.paced.first[-1]),
         "outside": int(np.count_nonzero(batch.outside > 0.0)),
         "slowed": float(batch.paced.scales.sum()),
+        "changed": [list(vars(change).values()) for change in batch.changed],
         "refused": [list(vars(refusal).values()) for refusal in batch.refused],
     }
 

@@ -2,7 +2,9 @@
 
 npz and CSV hold many reaches in few arrays: ``index`` (of each reach), ``first`` (frame where each
 begins, the last where all end), ``angles`` (all frames, one after another), and what is known of
-each reach. The other formats are those of `armsyn.motion.formats`, a reach an episode.
+each reach, such as ``evened`` (share of minimum jerk that was mixed in so that the hand speeds up
+once) and ``swivel`` (m by which the elbow ends elsewhere than predicted). The other formats are
+those of `armsyn.motion.formats`, a reach an episode.
 """
 
 from __future__ import annotations
@@ -59,11 +61,13 @@ def write_npz(path: Path, batch: Batch, arm: ArmDescription) -> None:
             duration=batch.durations,
             time_scale=paced.scales,
             outside=batch.outside,
+            evened=batch.evened,
+            swivel=batch.swivels,
         )
 
 
 def read_npz(path: Path) -> Batch:
-    """Read what `write_npz` wrote; refusals are not in it."""
+    """Read what `write_npz` wrote; reasons of changes and refusals are not in it."""
     with np.load(path, allow_pickle=False) as archive:
         paced = Paced(
             archive["angles"], archive["first"], archive["time_scale"], float(archive["rate_hz"])
@@ -75,6 +79,9 @@ def read_npz(path: Path) -> Batch:
             archive["duration"],
             archive["outside"],
             paced,
+            archive["evened"],
+            archive["swivel"],
+            changed=(),
             refused=(),
         )
 
@@ -115,7 +122,7 @@ def episodes_of(batch: Batch, arm: ArmDescription) -> Iterator[Episode]:
     Yields
     ------
     Episode
-        With the arm's landmarks and, as facts, the index and where the hand ends.
+        With the arm's landmarks; as facts the arm, and how the reach was changed, if it was.
     """
     rows = list(arm.landmark_frames)
     for row, index in enumerate(batch.index.tolist()):
@@ -129,9 +136,10 @@ def episodes_of(batch: Batch, arm: ArmDescription) -> Iterator[Episode]:
             landmarks=arm.chain.positions(angles)[:, rows],
             source=f"reach {index}, planned for {arm.name}",
         )
-        yield Episode(
-            motion, "planned", f"reach to ({x:.4f}, {y:.4f}, {z:.4f}) m", facts={"arm": arm.name}
-        )
+        facts = {"arm": arm.name}
+        if batch.evened[row] or batch.swivels[row]:
+            facts |= {"evened": f"{batch.evened[row]:g}", "swivel_m": f"{batch.swivels[row]:.4f}"}
+        yield Episode(motion, "planned", f"reach to ({x:.4f}, {y:.4f}, {z:.4f}) m", facts=facts)
 
 
 FORMATS: Mapping[str, tuple[str, Callable[[Path, Batch, ArmDescription], None]]] = {

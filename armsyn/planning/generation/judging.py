@@ -15,12 +15,6 @@ from armsyn.safety import Clearances, collision, limits, trajectory
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-RATES = {
-    reaches.SPEED: ("speed", "rad/s"),
-    reaches.ACCELERATION: ("acceleration", "rad/s2"),
-    reaches.JERK: ("jerk", "rad/s3"),
-}
-
 
 class Verdicts(NamedTuple):
     """What is to be said against each reach.
@@ -87,32 +81,3 @@ def judge(arm: ArmDescription, paced: Paced) -> Verdicts:
         *found,
     )
     return found
-
-
-def reason(arm: ArmDescription, paced: Paced, verdicts: Verdicts, reach: int) -> str:
-    """Say in one line why a reach is refused.
-
-    Parameters
-    ----------
-    arm : ArmDescription
-    paced : Paced
-    verdicts : Verdicts
-    reach : int
-        Row of one that is not allowed.
-
-    Returns
-    -------
-    str
-    """
-    kind, frame, item, value = (part[reach] for part in verdicts)
-    when = f"{frame / paced.rate_hz:.3f} s"
-    if kind == reaches.CONTACT:
-        first, second = arm.solids.names[item]
-        near = f"{-value * 1e3:.1f} mm inside" if value < 0.0 else f"{value * 1e3:.1f} mm near to"
-        return f"{first} would come {near} {second} after {when}"
-    name = arm.joint_names[item]
-    if kind == reaches.RANGE:
-        low, high = arm.chain.lower[item], arm.chain.upper[item]
-        return f"{name} would be at {value:.3f} rad after {when}, its range is {low:g} to {high:g}"
-    quantity, unit = RATES[int(kind)]
-    return f"{name} would have a {quantity} of {value:.2f} {unit} after {when}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,3 +88,32 @@ def pace(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz
     paths = np.empty((int(first[-1]), motions.shape[2]))
     reaches.sample_reaches(motions, slopes, bends, ramps, first, paths)
     return Paced(paths, first, scales, rate_hz)
+
+
+def joined(
+    paths: Sequence[FloatArray | None],
+    scales: FloatArray,
+    rows: IntArray,
+    rate_hz: float,
+    joints: int,
+) -> Paced:
+    """Return some of many reaches, one after another.
+
+    Parameters
+    ----------
+    paths : sequence of array, shape (frames, n)
+    scales : array, shape (M,)
+    rows : array of int, shape (m,)
+        Which; none of them without a path.
+    rate_hz : float
+    joints : int
+        n.
+
+    Returns
+    -------
+    Paced
+    """
+    some = [path for path in (paths[row] for row in rows.tolist()) if path is not None]
+    first = np.concatenate([[0], np.cumsum([len(path) for path in some], dtype=np.int64)])
+    whole = np.concatenate(some) if some else np.empty((0, joints))
+    return Paced(whole, first, scales[rows], rate_hz)

@@ -8,7 +8,7 @@ import hashlib
 import json
 import shutil
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -26,6 +26,7 @@ from armsyn.synergy.parallel import checked_workers, each
 SCHEMA = "armsyn-reaches-1"
 MANIFEST, REFUSALS, DATASET = "manifest.json", "refusals.csv", "dataset.lerobot"
 COLUMNS = ("index", "x", "y", "z", "kind", "reason")
+CHANGES, CHANGE_COLUMNS = "changes.csv", ("index", "evened", "swivel_m", "reason")
 
 RESERVE = "reserve"
 _RESERVED, _RESERVED_A_CHUNK = 262_144, 4096
@@ -47,6 +48,8 @@ class Report:
         Frames made, and reaches made to targets outside the captured workspace.
     slowed : float
         Mean of kappa, the times as long that reaches take than people would.
+    evened, swivelled : int
+        Reaches with minimum jerk mixed in, and with the elbow elsewhere at their ends.
     refused : Counter
         Refused reaches by kind.
     error : ArmsynError or None
@@ -60,6 +63,8 @@ class Report:
     frames: int = 0
     outside: int = 0
     slowed: float = 0.0
+    evened: int = 0
+    swivelled: int = 0
     refused: Counter[str] = field(default_factory=Counter)
     error: ArmsynError | None = None
 
@@ -77,6 +82,9 @@ class Report:
         self.done += 1
         self.frames += note["frames"]
         self.outside += note["outside"]
+        for _index, evened, swivel, _reason in note["changed"]:
+            self.evened += evened > 0.0
+            self.swivelled += swivel > 0.0
         self.refused.update(refusal[2] for refusal in note["refused"])
 
     def as_document(self) -> dict[str, Any]:
@@ -86,6 +94,8 @@ class Report:
             "reaches_asked": self.asked,
             "reaches_made": self.made,
             "reaches_refused": dict(sorted(self.refused.items())),
+            "reaches_evened": self.evened,
+            "reaches_with_another_swivel": self.swivelled,
             "outside_captured_workspace": self.outside,
             "frames": self.frames,
             "mean_time_scale": self.slowed,
@@ -242,15 +252,16 @@ def _gather(order: Order, on_progress: OnProgress) -> None:
     folder = Path(order.folder) / DATASET
     if folder.exists():
         chunks.remove(folder)
-    lerobot_format.write(folder, episodes(), robot_type=order.recipe.arm.name)
+    lerobot_format.write(folder, episodes(), **lerobot_format.options_of(order.recipe.arm))
 
 
 def _finish(order: Order, inputs: Mapping[str, Any], report: Report) -> None:
-    """Write refusals and manifest; take the notes away when nothing is left to do."""
+    """Write refusals, changes and manifest; take the notes away when nothing is left to do."""
     folder = Path(order.folder)
     (folder / NOTES / RESERVE).unlink(missing_ok=True)
     try:
-        _write_refusals(order)
+        _write_table(order, REFUSALS, COLUMNS, _refusals)
+        _write_table(order, CHANGES, CHANGE_COLUMNS, lambda note: note["changed"])
         _write_manifest(order, inputs, report)
     except InputError as error:  # a full disk: the chunks are there, and so are their notes
         report.error = report.error or error
@@ -262,13 +273,22 @@ def _finish(order: Order, inputs: Mapping[str, Any], report: Report) -> None:
         shutil.rmtree(folder / NOTES)
 
 
-def _write_refusals(order: Order) -> None:
-    path = Path(order.folder) / REFUSALS
+def _refusals(note: Mapping[str, Any]) -> list[list[Any]]:
+    return [[index, *place, *why] for index, place, *why in note["refused"]]
+
+
+def _write_table(
+    order: Order,
+    name: str,
+    columns: Sequence[str],
+    rows_of: Callable[[Mapping[str, Any]], list[list[Any]]],
+) -> None:
+    path = Path(order.folder) / name
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow(COLUMNS)
+        table.writerow(columns)
         for note in chunks.notes_of(order):
-            table.writerows([index, *place, *why] for index, place, *why in note["refused"])
+            table.writerows(rows_of(note))
 
 
 def _write_manifest(order: Order, inputs: Mapping[str, Any], report: Report) -> None:

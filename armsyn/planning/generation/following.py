@@ -1,0 +1,192 @@
+"""Many predicted motions made ones that an arm may follow: `armsyn.planning.finishing`, of many.
+
+Most motions may be followed as they are predicted; those are paced and judged together, and so are
+those that are mixed with minimum jerk because their hands speed up more than once. What has to be
+bent, or ended elsewhere, is finished one by one.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsyn.arm import ArmDescription
+from armsyn.errors import RefusedMotionError, UnreachableError
+from armsyn.kernels import reaches
+from armsyn.kinematics import SerialChain
+from armsyn.planning.allowed import SWING
+from armsyn.planning.bending import INSIDE
+from armsyn.planning.checking import TOLERANCE_M, reached_from, too_far, where
+from armsyn.planning.finishing import SHARES, evened, finished
+from armsyn.planning.generation.bells import uneven_reaches
+from armsyn.planning.generation.judging import judge
+from armsyn.planning.generation.pacing import Paced, pace
+from armsyn.planning.posing import HandTask
+from armsyn.planning.postures import tips
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+UNEVEN = "the hand would speed up more than once"
+
+
+class Followed(NamedTuple):
+    """What came of M motions.
+
+    Attributes
+    ----------
+    paths : list of array, shape (frames, n), or None
+        Of each reach; None of one that is refused.
+    scales : array, shape (M,)
+        kappa.
+    evened : array, shape (M,)
+        Share of minimum jerk, 0 to 1.
+    swivels : array, shape (M,)
+        m by which the elbow ends elsewhere; 0 for the motion as predicted.
+    changed : dict of int to str
+        Why those were refused as predicted that are evened or end elsewhere.
+    refused : dict of int to RefusedMotionError
+    """
+
+    paths: list[FloatArray | None]
+    scales: FloatArray
+    evened: FloatArray
+    swivels: FloatArray
+    changed: dict[int, str]
+    refused: dict[int, RefusedMotionError]
+
+
+def follow(
+    arm: ArmDescription,
+    angles: FloatArray,
+    durations: FloatArray,
+    targets: FloatArray,
+    rate_hz: float,
+) -> Followed:
+    """Make motions samples that an arm may follow, or refuse them, as `finished` does each.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    angles : array, shape (M, phases, n)
+        At equal steps of phase, rad or m, finite; the first of each within the limits.
+    durations : array, shape (M,)
+        s.
+    targets : array, shape (M, 3)
+        Where the hands are to end, m.
+    rate_hz : float
+
+    Returns
+    -------
+    Followed
+    """
+    count = len(angles)
+    found = Followed([None] * count, np.ones(count), np.zeros(count), np.zeros(count), {}, {})
+    at_end = _ending_right(arm.chain, angles[:, -1], targets)
+    left = _follow_evened(arm, angles, durations, rate_hz, at_end, found)
+    for row in left.tolist():
+        try:
+            _finish(arm, angles[row], float(durations[row]), targets[row], rate_hz, row, found)
+        except RefusedMotionError as error:
+            found.refused[row] = error
+    return found
+
+
+def _ending_right(chain: SerialChain, ends: FloatArray, targets: FloatArray) -> BoolArray:
+    """Which motions end within the ranges and near enough to their targets."""
+    inside = ((ends >= chain.lower) & (ends <= chain.upper)).all(axis=1)
+    there = np.linalg.norm(tips(chain, ends) - targets, axis=1) <= TOLERANCE_M
+    return np.asarray(inside & there)
+
+
+def _follow_evened(
+    arm: ArmDescription,
+    angles: FloatArray,
+    durations: FloatArray,
+    rate_hz: float,
+    at_end: BoolArray,
+    found: Followed,
+) -> NDArray[np.intp]:
+    """Follow what may be as predicted, or with as little minimum jerk as helps; give the others."""
+    rows, others = np.flatnonzero(at_end), [np.flatnonzero(~at_end)]
+    for share in (0.0, *SHARES):
+        if not rows.size:
+            break
+        motions = angles[rows] if rows.size < len(angles) else angles
+        if share:
+            motions = evened(motions, share)
+        paced, good, uneven = _tried(arm, motions, durations[rows], rate_hz)
+        for place in np.flatnonzero(good).tolist():
+            found.paths[rows[place]] = paced.path(place)
+        found.scales[rows[good]], found.evened[rows[good]] = paced.scales[good], share
+        if share:
+            found.changed.update(dict.fromkeys(rows[good].tolist(), UNEVEN))
+            rows = rows[~good]
+        else:
+            others.append(rows[~good & ~uneven])
+            rows = rows[uneven]
+    return np.sort(np.concatenate([*others, rows]))
+
+
+def _tried(
+    arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz: float
+) -> tuple[Paced, BoolArray, BoolArray]:
+    """Pace motions; which of them may be followed, and which but for more than one bell.
+
+    Neither are those that `armsyn.planning.allowed.checked` would bend before it says more.
+    """
+    lower, upper = arm.chain.lower, arm.chain.upper
+    inside = (angles.min(axis=1) >= lower - INSIDE) & (angles.max(axis=1) <= upper + INSIDE)
+    paced = pace(arm, angles, durations, rate_hz)
+    allowed = inside.all(axis=1) & (paced.lengths > 0) & ~_swung(paced, lower, upper)
+    np.clip(paced.paths, lower, upper, out=paced.paths)
+    allowed &= judge(arm, paced).kinds == reaches.ALLOWED
+    uneven = uneven_reaches(arm.chain, paced)
+    return paced, allowed & ~uneven, allowed & uneven
+
+
+def _swung(paced: Paced, lower: FloatArray, upper: FloatArray) -> BoolArray:
+    """Which paths leave the ranges by more than `SWING`, shape (M,)."""
+    beyond = (paced.paths < lower - SWING) | (paced.paths > upper + SWING)
+    frames = np.flatnonzero(beyond.any(axis=1))
+    swung = np.zeros(len(paced.scales), dtype=np.bool_)
+    swung[np.searchsorted(paced.first, frames, side="right") - 1] = True
+    return swung
+
+
+def _finish(
+    arm: ArmDescription,
+    angles: FloatArray,
+    duration: float,
+    target: FloatArray,
+    rate_hz: float,
+    row: int,
+    found: Followed,
+) -> None:
+    """Finish one; what has no posture at all is refused before any is looked for nearby."""
+    if refused := _surely_too_far(arm, angles, target):
+        raise refused
+    done = finished(arm, angles, duration, HandTask(target), rate_hz)
+    found.paths[row], found.scales[row] = done.angles, done.time_scale
+    found.evened[row], found.swivels[row] = done.evened, done.swivel_m or 0.0
+    if done.refused:
+        found.changed[row] = done.refused
+
+
+def _surely_too_far(
+    arm: ArmDescription, angles: FloatArray, target: FloatArray
+) -> UnreachableError | None:
+    chain = arm.chain
+    if np.linalg.norm(tips(chain, angles[-1:])[0] - target) <= TOLERANCE_M:
+        return None
+    away = float(np.linalg.norm(target - chain.positions(angles[:1])[0, 0]))
+    if away > chain.reach + TOLERANCE_M:
+        return UnreachableError(
+            f"target {where(target)} cannot be reached by {arm.name}: the arm is"
+            f" {chain.reach:.2f} m long, the target {away:.2f} m from its first joint",
+            away - chain.reach,
+        )
+    anywhere = reached_from(arm, angles[0], target)
+    return None if anywhere.success else too_far(arm, target, anywhere)

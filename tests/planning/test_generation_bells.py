@@ -1,0 +1,55 @@
+"""Which of many reaches speed up more than once, against the measure of one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armsyn.arm import load_arm
+from armsyn.motion.peaks import count_peaks
+from armsyn.planning.evenness import uneven_speed
+from armsyn.planning.generation import hands
+from armsyn.planning.generation.bells import hands_along, uneven_reaches
+from armsyn.planning.generation.pacing import pace
+
+PHASE = np.linspace(0.0, 1.0, 101)
+
+
+@pytest.mark.parametrize("rate_hz", [20.0, 50.0, 100.0, 200.0])
+@pytest.mark.parametrize("name", ["human7", "widowx_250s"])
+def test_many_are_measured_as_one_alone(name: str, rate_hz: float) -> None:
+    """Bells, two bells one after the other, and all that lies between."""
+    arm, rng = load_arm(name, calibrated=False), np.random.default_rng(8)
+    ways = rng.normal(0.0, 0.5, (120, 1, arm.chain.dof))
+    waves = rng.normal(0.0, 0.15, (120, 3, arm.chain.dof)) * rng.uniform(0, 1, (120, 1, 1)) ** 3
+    angles = arm.rest + ways * (PHASE**3 * (10.0 - 15.0 * PHASE + 6.0 * PHASE**2))[:, None]
+    for k in range(3):
+        angles = angles + waves[:, k, None] * np.sin(np.pi * (k + 1) * PHASE)[:, None] ** 2
+    paced = pace(arm, angles, rng.uniform(0.3, 2.0, len(angles)), rate_hz)
+    alone = [
+        uneven_speed(arm.chain.positions(paced.path(row))[:, -1], rate_hz) is not None
+        for row in range(len(angles))
+    ]
+    assert uneven_reaches(arm.chain, paced).tolist() == alone
+    assert 12 < sum(alone) < 108
+    np.testing.assert_allclose(
+        hands_along(arm.chain, paced.paths),
+        arm.chain.positions(paced.paths)[:, -1],
+        rtol=0.0,
+        atol=1e-12,
+    )
+
+
+@given(
+    st.lists(st.integers(0, 6), min_size=1, max_size=40),
+    st.integers(1, 4),
+    st.floats(0.5, 9.0),
+)
+def test_peaks_of_any_profile_are_counted_as_in_plain_words(
+    steps: list[int], rise: int, spacing: float
+) -> None:
+    """Whole numbers, so that levels, ties and plateaus come often."""
+    speed = np.array(steps, dtype=float)
+    assert hands.count_peaks(speed, float(rise), spacing) == count_peaks(speed, 1.0, rise, spacing)
