@@ -36,8 +36,16 @@ _TRIPLE = (float, float, float)
     "--point", metavar="BODY", help="A key-frame of this body (tip: an arm's), or BODY:X,Y,Z."
 )
 @click.option("--frame", type=int, help="At this frame; negative from the end  [default: -1]")
-@click.option("--to", nargs=3, type=_TRIPLE, metavar="X Y Z", help="Goes there, m.")
-@click.option("--by", nargs=3, type=_TRIPLE, metavar="X Y Z", help="Is moved by that, m.")
+@click.option(
+    "--to",
+    nargs=3,
+    type=_TRIPLE,
+    metavar="X Y Z",
+    help="Goes there, m; z is up, a body's x forward, y left; an arm's base frame.",
+)
+@click.option(
+    "--by", nargs=3, type=_TRIPLE, metavar="X Y Z", help="Is moved by that, m: 0 0 0.1 is 10 cm up."
+)
 @click.option("--level", type=click.IntRange(min=1), help="Its priority  [default: 1]")
 @click.option(
     "--slower",
@@ -51,12 +59,15 @@ _TRIPLE = (float, float, float)
     type=_FILE,
     required=True,
     metavar="FILE",
-    help="A body's .bvh, .npz or .csv (positions); an arm's .npz or .csv.",
+    help="A body's .bvh, .npz or .csv (positions); an arm's .npz or .csv. Files of that name are"
+    " replaced, here and below.",
 )
 @click.option("--latent", type=_FILE, metavar="FILE.json", help="Write the latent variables, too.")
 @click.option("--report", "page", type=_FILE, metavar="FILE.html", help="Write a page about it.")
 @click.option("--plot", type=_FILE, metavar="FILE.png", help="Draw before and after.")
 @click.option("--force", is_flag=True, help="However far from the examples, or the goal.")
+@click.option("--unit", help="Of CLIP's lengths: m, cm, mm, in, ft or a number of metres.")
+@click.option("--retarget", is_flag=True, help="Bring CLIP onto the model's skeleton, by names.")
 @click.option(
     "--calibration",
     type=click.Path(path_type=Path, file_okay=False),
@@ -73,7 +84,7 @@ def apply(**options: Any) -> None:
     Exit status 4, nothing written: too far from the examples, the first level missed by more than
     a millimetre (--force writes both anyway), or unsafe for the arm (which --force does not).
     """
-    from armsyn.cli.edit_clips import load_clip
+    from armsyn.cli.edit_clips import load_clip, on_skeleton_of
     from armsyn.cli.edit_files import check_outputs, check_suffix, tell, write
     from armsyn.editing import Editor, load_model
     from armsyn.editing.report import score_edit
@@ -83,7 +94,10 @@ def apply(**options: Any) -> None:
     arm = _arm_of(model, options)
     check_suffix(options["out"], arm)
     constraints, solver = _asked(options)
-    clip = _slowed(load_clip(options["clip"], arm), options["slower"])
+    clip = load_clip(options["clip"], arm, options["unit"])
+    if options["retarget"]:
+        clip = on_skeleton_of(clip, model.figure)
+    clip = _slowed(clip, options["slower"])
     result = Editor(clip, model, solver).edit(constraints, force=options["force"])
     notes = [] if arm is None else _safe(result, arm, options["slower"] or 1.0)
     scored = score_edit(result)

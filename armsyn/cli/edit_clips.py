@@ -8,27 +8,53 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
-    from armsyn.editing import Clip
+    from armsyn.editing import Clip, Figure
     from armsyn.motion import Motion
+    from armsyn.motion.body import BodyMotion
 
 _STILL = 0.005
 """Of the greatest speed of any joint: an arm that is slower before and after rests."""
 
 
-def load_examples(texts: tuple[str, ...], arm: ArmDescription | None) -> list[Clip]:
-    """Load motions to learn from; see `load_clip`, but selections may name several."""
+_TALL = (0.8, 2.6)
+"""m; people are between, whatever they do."""
+
+
+def load_examples(
+    texts: tuple[str, ...], arm: ArmDescription | None, unit: str | None = None
+) -> list[Clip]:
+    """Load motions to learn from; see `load_clip`, but selections may name several, and FILE#*."""
     from armsyn.cli.edit_captures import captured_on
     from armsyn.editing import load_clips
 
     found: list[Clip] = []
-    for text in texts:
+    for text in _takes_named(texts):
         if not _is_captured(text, arm):
-            found.append(load_clip(text, arm))
+            found.append(load_clip(text, arm, unit))
         elif arm is None:
             found += load_clips(text)
         else:
             found += captured_on(text, arm)
     return found
+
+
+def _takes_named(texts: tuple[str, ...]) -> list[str]:
+    """Name each motion of FILE#*."""
+    from armsyn.errors import InputError
+    from armsyn.motion.formats import takes_in
+
+    named = []
+    for text in texts:
+        file = text.removesuffix("#*")
+        is_file = Path(file).is_file()
+        takes = takes_in(file) if is_file and Path(file).suffix.lower() in (".npz", ".mat") else ()
+        if len(takes) > 1 and file == text:
+            raise InputError(
+                f"{file}: holds {len(takes)} motions: name one, {file}#{takes[0]}, all, {file}#*,"
+                " or a set of whole movements cut from captures, such as garza"
+            )
+        named += [text] if file == text else [f"{file}#{take}" for take in takes]
+    return named
 
 
 def _is_captured(text: str, arm: ArmDescription | None) -> bool:
@@ -39,7 +65,7 @@ def _is_captured(text: str, arm: ArmDescription | None) -> bool:
     return (is_clip_selection(text) or captured_reaches) and not Path(text).exists()
 
 
-def load_clip(text: str, arm: ArmDescription | None) -> Clip:
+def load_clip(text: str, arm: ArmDescription | None, unit: str | None = None) -> Clip:
     """Load one motion.
 
     Parameters
@@ -48,6 +74,8 @@ def load_clip(text: str, arm: ArmDescription | None) -> Clip:
         A captured movement such as ``garza:ForwardHigh``, or a file.
     arm : ArmDescription or None
         Whose motion it is; None for a body's. Captured reaches are put on it.
+    unit : str, optional
+        Of a body's file's lengths, where it is not what the format's reader assumes.
 
     Returns
     -------
@@ -62,7 +90,7 @@ def load_clip(text: str, arm: ArmDescription | None) -> Clip:
     from armsyn.cli.edit_captures import captured_on
     from armsyn.editing import load_clips
     from armsyn.errors import CaptureError, FormatError
-    from armsyn.motion.formats import FORMATS, read_body, split_take
+    from armsyn.motion.formats import FORMATS, split_take
 
     if _is_captured(text, arm):
         found = load_clips(text) if arm is None else captured_on(text, arm)
@@ -76,8 +104,47 @@ def load_clip(text: str, arm: ArmDescription | None) -> Clip:
         )
     if arm is not None:
         return _of_arm(text, arm)
-    body = read_body(text)
+    return _of_body(text, unit)
+
+
+def _of_body(text: str, unit: str | None) -> BodyMotion:
+    """Read a body's file; doubt on standard error what a person cannot be."""
+    import click
+    import numpy as np
+
+    from armsyn.errors import InputError
+    from armsyn.motion.formats import FORMATS, ReadOptions, read_file, split_take
+
+    heard = unit is not None and "unit" in FORMATS[split_take(text)[0].suffix.lower()].options
+    reading = read_file(text, ReadOptions(unit=unit) if heard else None)
+    body = reading.body
+    if body is None:
+        raise InputError(
+            f"{text}: has no skeleton, and a body's motion is needed: an arm's recordings are"
+            " learned with --arm NAME, and edited by such a model"
+        )
+    tall = float(np.median(np.ptp(body.positions(), axis=1).max(axis=1)))
+    if not _TALL[0] <= tall <= _TALL[1]:
+        said = reading.facts.get("unit", "those of the file")
+        click.echo(f"look: {text}: {tall:.2f} m tall by units {said}: is it? see --unit", err=True)
     return body if body.source else dataclasses.replace(body, source=text)
+
+
+def on_skeleton_of(clip: Clip, figure: Figure) -> Clip:
+    """Retarget a body's clip onto a model's skeleton, by its joints' names.
+
+    Raises
+    ------
+    InputError
+        Of an arm, whose motions are its own, or of other joints.
+    """
+    from armsyn.editing import SkeletonFigure, retargeted
+    from armsyn.errors import InputError
+    from armsyn.motion.body import BodyMotion
+
+    if not isinstance(figure, SkeletonFigure) or not isinstance(clip, BodyMotion):
+        raise InputError("--retarget is for bodies: an arm's motions are its own")
+    return retargeted(clip, figure.skeleton)
 
 
 def _of_arm(text: str, arm: ArmDescription) -> Motion:

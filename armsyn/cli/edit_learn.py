@@ -10,6 +10,9 @@ import click
 if TYPE_CHECKING:
     from armsyn.editing import Clip, Figure, MotionModel
 
+_SHOWN = 8
+"""Of a body's joints, at most so many are listed."""
+
 
 @click.command()
 @click.argument("motions", metavar="SET...", nargs=-1, required=True)
@@ -18,7 +21,8 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path, dir_okay=False),
     required=True,
     metavar="MODEL",
-    help="Where to write: .npz, or .json with a CSV of components beside it.",
+    help="Where to write: .npz, or .json with a CSV of components beside it; a file of that name is"
+    " replaced.",
 )
 @click.option(
     "--variance",
@@ -45,6 +49,7 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Bring motions of other skeletons onto the first one's, by joints' names.",
 )
+@click.option("--unit", help="Of files' lengths: m, cm, mm, in, ft or a number of metres.")
 @click.option(
     "--calibration",
     type=click.Path(path_type=Path, file_okay=False),
@@ -57,8 +62,9 @@ def learn(**options: Any) -> None:
     """Learn the pattern of a set of motions.
 
     Each of SET is one whole movement in a file (a body's .bvh, .npz, .amc; with --arm, recordings
-    and trajectories of that arm), or names captured ones: garza (35 reaches from rest;
-    garza:return, garza:all), jump (24), golf (12 swings), or one such as garza:ForwardHigh.
+    and trajectories of that arm; FILE#* is all of a file with several), or names captured ones:
+    garza (35 reaches from rest; garza:return, garza:all), jump (24), golf (12 swings), or one
+    such as garza:ForwardHigh.
     With --arm, captured reaches (garza, or hug_mp:S01 for hug_mp4) are put on that arm first,
     slowed until it can follow.
     """
@@ -79,7 +85,7 @@ def learn(**options: Any) -> None:
 
         arm = load_arm(options["arm_name"], options["calibration"], calibrated=False)
         figure = ChainFigure(arm.chain, arm.name)
-    clips = load_examples(options["motions"], arm)
+    clips = load_examples(options["motions"], arm, options["unit"])
     if options["retarget"]:
         clips = _on_the_first(clips, figure)
     model = learn_model(
@@ -115,7 +121,10 @@ def _report(model: MotionModel, out: Path, as_json: bool) -> None:
         **{"duration_s": model.duration, "bodies": list(model.figure.tree.bodies)},
         **{"sigma": model.sigma.tolist(), "inputs_sha256": model.inputs_sha256},
         "left_out_m": dict(zip(model.names, left_out.tolist(), strict=True)),
+        "cautions": model.doubts,
     }
+    for doubt in model.doubts:
+        click.echo(f"look: {doubt}", err=True)
     if as_json:
         import json
 
@@ -129,4 +138,6 @@ def _report(model: MotionModel, out: Path, as_json: bool) -> None:
         f"each left out and rebuilt from the others: mean {100 * left_out.mean():.2f} cm, worst"
         f" {100 * left_out[worst]:.2f} cm ({model.names[worst]})"
     )
-    click.echo(f"bodies to constrain: {', '.join(model.figure.tree.bodies)}")
+    bodies = model.figure.tree.bodies
+    others = f", and {len(bodies) - _SHOWN} others (--json)" if len(bodies) > _SHOWN else ""
+    click.echo(f"bodies to constrain: {', '.join(bodies[:_SHOWN])}{others}")

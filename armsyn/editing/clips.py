@@ -61,7 +61,10 @@ def load_clips(selection: str) -> list[BodyMotion]:
             raise CaptureError(f"{text!r}: no such set of motions; known: {', '.join(_SETS)}")
         clips = _SETS[name](part)
         if not clips:
-            raise CaptureError(f"{text!r} selects no motion of {name}")
+            known = [clip.source.split(":")[1] for clip in _SETS[name]("")]
+            raise CaptureError(
+                f"{text!r} selects no motion of {name}; there are {name}:{', '.join(known)}"
+            )
         found.extend(clips)
     return found
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.editing.sharing import moving_joints, translations_on
+from armsyn.editing.sharing import moving_joints, on_same_rests, translations_on
 from armsyn.errors import ConstraintError, PatternError
 from armsyn.kinematics.chain import SerialChain
 from armsyn.kinematics.pose_tree import PoseTree, chain_tree, skeleton_tree
@@ -128,6 +128,7 @@ class SkeletonFigure(Figure):
         """Return the root, exponential maps and translations of a body's motion."""
         if not isinstance(clip, BodyMotion):
             raise PatternError(f"{clip.source or 'motion'}: has no skeleton, but the pattern does")
+        clip = on_same_rests(clip, self.skeleton)
         moved = translations_on(clip, self.skeleton, self.moving)
         parts = (clip.root, clip.rotations, moved)
         return np.concatenate([part.reshape(clip.frames, -1) for part in parts], axis=1)

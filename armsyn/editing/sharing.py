@@ -21,38 +21,89 @@ SAME_M = 5e-3
 _SAME_TURN = 1e-4
 
 
-def check_same(clip: BodyMotion, skeleton: Skeleton) -> None:
-    """Refuse a motion of another skeleton; offsets of joints that translate may differ.
+def on_same_rests(clip: BodyMotion, skeleton: Skeleton) -> BodyMotion:
+    """Return a motion with its joints in a skeleton's order and turned from the skeleton's rests.
+
+    The same movement in other numbers: bodies keep their global places and orientations. BVH, for
+    one, keeps pre-rotations as part of the rotations, and lists joints branch by branch.
+
+    Parameters
+    ----------
+    clip : BodyMotion
+    skeleton : Skeleton
+
+    Returns
+    -------
+    BodyMotion
+        On a skeleton of the clip's own offsets; the clip itself where nothing differs.
 
     Raises
     ------
     SkeletonMismatchError
-        Other joints, parents or pre-rotations, or a rigid offset of another length.
+        Other joints, or joints that hang elsewhere.
+    """
+    own = clip.skeleton
+    if own is skeleton:
+        return clip
+    order = _order(clip, skeleton)
+    before, wanted = np.asarray(own.prerotations)[order], np.asarray(skeleton.prerotations)
+    if order == sorted(order) and np.abs(before - wanted).max() <= _SAME_TURN:
+        return clip
+    moved = clip.translations
+    return dataclasses.replace(
+        clip,
+        skeleton=dataclasses.replace(skeleton, offsets=np.asarray(own.offsets)[order]),
+        rotations=_rested(clip.rotations[:, order], before, wanted),
+        translations=None if moved is None else np.asarray(moved)[:, order],
+    )
+
+
+def _rested(rotations: FloatArray, before: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Exponential maps from other rests, such that bodies are turned alike."""
+    local = wanted.swapaxes(-1, -2) @ before @ from_expmap(rotations)
+    return quaternion.to_expmap(quaternion.from_matrix(local))
+
+
+def _order(clip: BodyMotion, skeleton: Skeleton, *, more: bool = False) -> list[int]:
+    """Where a clip has each joint of a skeleton; it may have `more`.
+
+    Raises
+    ------
+    SkeletonMismatchError
+        When the joints are not the same ones, or hang elsewhere; by the first.
     """
     own, who = clip.skeleton, clip.source or "a motion"
-    if own is skeleton:
-        return
-    for place, (name, other) in enumerate(zip(own.names, skeleton.names, strict=False)):
-        if name != other or own.parents[place] != skeleton.parents[place]:
+    lacking = [name for name in skeleton.names if name not in own.names]
+    beyond = [name for name in own.names if name not in skeleton.names]
+    if lacking or (beyond and not more):
+        has = f"has '{beyond[0]}'" if beyond else f"has {own.joints} joints"
+        other = f"'{lacking[0]}'" if lacking else f"only {skeleton.joints} joints"
+        raise SkeletonMismatchError(
+            f"{who}: {has} where the pattern has {other} ({len(lacking) + len(beyond)} names are"
+            " not shared): motions of one pattern share their joints' names, retargeted ones, too",
+            who,
+            (lacking + beyond)[0],
+        )
+    for name, parent in zip(skeleton.names, skeleton.parents, strict=True):
+        above = own.parents[own.names.index(name)]
+        found = "nothing" if above < 0 else f"'{own.names[above]}'"
+        wanted = "nothing" if parent < 0 else f"'{skeleton.names[parent]}'"
+        if found != wanted:
             raise SkeletonMismatchError(
-                f"{who}: joint {place} is '{name}' where the pattern has '{other}' (or hangs on"
-                " another joint): retarget it first",
+                f"{who}: joint '{name}' hangs on {found}, in the pattern on {wanted}: motions of"
+                " one pattern share their hierarchy, retargeted ones, too",
                 who,
                 name,
             )
-    if own.joints != skeleton.joints:
-        raise SkeletonMismatchError(
-            f"{who}: has {own.joints} joints, the pattern {skeleton.joints}: retarget it first", who
-        )
-    turned = np.abs(np.asarray(own.prerotations) - np.asarray(skeleton.prerotations))
-    _refuse(who, own, turned.max(axis=(1, 2)), _SAME_TURN, "rests turned another way")
+    return [own.names.index(name) for name in skeleton.names]
 
 
 def _refuse(who: str, own: Skeleton, gaps: FloatArray, allowed: float, how: str) -> None:
     if gaps.max() > allowed:
         name = own.names[int(np.argmax(gaps))]
         raise SkeletonMismatchError(
-            f"{who}: joint '{name}' {how} in the pattern ({gaps.max():.3g}): retarget it first",
+            f"{who}: joint '{name}' {how} in the pattern (by {100 * gaps.max():.2g} cm):"
+            " retarget it first (--retarget)",
             who,
             name,
         )
@@ -67,8 +118,8 @@ def moving_joints(clips: list[BodyMotion], skeleton: Skeleton) -> tuple[int, ...
         When a clip is of another skeleton.
     """
     moving: set[int] = set()
-    for clip in clips:
-        check_same(clip, skeleton)
+    for given in clips:
+        clip = on_same_rests(given, skeleton)
         if clip.translations is not None:
             apart = clip.skeleton.offsets - skeleton.offsets
             moved = np.abs(clip.translations + apart).max(axis=(0, 2)) > SOFT_M
@@ -99,7 +150,7 @@ def translations_on(clip: BodyMotion, skeleton: Skeleton, moving: tuple[int, ...
     SkeletonMismatchError
         When the clip is of another skeleton, or moves a joint that is rigid in the pattern.
     """
-    check_same(clip, skeleton)
+    clip = on_same_rests(clip, skeleton)
     who = clip.source or "a motion"
     apart = clip.skeleton.offsets - skeleton.offsets
     whole = np.broadcast_to(apart, (clip.frames, *apart.shape))
@@ -133,29 +184,13 @@ def retargeted(clip: BodyMotion, skeleton: Skeleton) -> BodyMotion:
     SkeletonMismatchError
         When a joint is missing or hangs elsewhere.
     """
-    own, who = clip.skeleton, clip.source or "a motion"
-    order = []
-    for name, parent in zip(skeleton.names, skeleton.parents, strict=True):
-        above = None if parent < 0 else skeleton.names[parent]
-        place = own.names.index(name) if name in own.names else -1
-        if place < 0 or above != (
-            None if own.parents[place] < 0 else own.names[own.parents[place]]
-        ):
-            raise SkeletonMismatchError(
-                f"{who}: has no joint '{name}' below '{above or 'the world'}', so it cannot be"
-                " retargeted by names",
-                who,
-                name,
-            )
-        order.append(place)
-    before = np.asarray(own.prerotations)[order]
-    turned = np.asarray(skeleton.prerotations).swapaxes(-1, -2) @ before
-    local = turned @ from_expmap(clip.rotations[:, order])
+    own, order = clip.skeleton, _order(clip, skeleton, more=True)
+    before, wanted = np.asarray(own.prerotations)[order], np.asarray(skeleton.prerotations)
     lengths = [float(np.linalg.norm(s.offsets[1:], axis=1).sum()) for s in (skeleton, own)]
     return dataclasses.replace(
         clip,
         skeleton=skeleton,
-        rotations=quaternion.to_expmap(quaternion.from_matrix(local)),
+        rotations=_rested(clip.rotations[:, order], before, wanted),
         root=clip.root * (lengths[0] / lengths[1]),
         translations=None,
     )

@@ -1,5 +1,6 @@
 """Patterns learned from motions: what PCA promises, what is refused, and files."""
 
+import dataclasses
 from pathlib import Path
 
 import msgspec
@@ -19,6 +20,8 @@ from armsyn.editing import (
 )
 from armsyn.editing.pattern.learning import example_poses
 from armsyn.errors import CaptureError, FormatError, InputError, PatternError, SkeletonMismatchError
+from armsyn.kinematics import quaternion
+from armsyn.kinematics.rotation import from_expmap
 from armsyn.kinematics.skeleton import Skeleton
 from armsyn.motion.body import BodyMotion
 from armsyn.motion.motion import Motion
@@ -163,6 +166,31 @@ def test_a_retargeted_motion_turns_its_bodies_alike(made: list[BodyMotion]) -> N
     asked = learn_model([*made, clip], frames=25, retarget=True)
     by_hand = learn_model([*made, fitted], frames=25)
     np.testing.assert_array_equal(asked.mean, by_hand.mean)
+
+
+def test_other_rests_and_another_order_of_joints_are_the_same_motion(
+    made: list[BodyMotion], made_model: MotionModel
+) -> None:
+    own, order = made[3].skeleton, [0, 2, 3, 4, 1]
+    other = Skeleton(tuple(own.names[j] for j in order), (-1, 0, 1, 2, 0), own.offsets[order])
+    turned = np.asarray(own.prerotations) @ from_expmap(made[3].rotations)
+    rotations = quaternion.to_expmap(quaternion.from_matrix(turned))[:, order]
+    clip = dataclasses.replace(made[3], skeleton=other, rotations=rotations)
+    np.testing.assert_allclose(clip.positions(), made[3].positions()[:, order], atol=1e-12)
+    wanted = made_model.coefficients(made[3])
+    np.testing.assert_allclose(made_model.coefficients(clip), wanted, atol=1e-9)
+    both = learn_model([clip, *made], frames=25, components=3)
+    assert both.left_out_m[0] == pytest.approx(both.left_out_m[4], abs=1e-9)
+
+
+def test_joints_that_hang_elsewhere_are_refused(made: list[BodyMotion]) -> None:
+    own = made[3].skeleton
+    clip = dataclasses.replace(
+        made[3], skeleton=Skeleton(own.names, (-1, 0, 0, 2, 2), own.offsets, own.prerotations)
+    )
+    for retarget in (False, True):
+        with pytest.raises(SkeletonMismatchError, match="'hand' hangs on 'chest', in the pattern"):
+            learn_model([*made, clip], retarget=retarget)
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".json"])

@@ -23,6 +23,11 @@ from armsyn.editing.pattern.timing import normalised_poses
 from armsyn.errors import PatternError
 
 FloatArray = NDArray[np.float64]
+NEGLIGIBLE = 2e-3
+"""rad or m; a component that moves no joint farther by one standard deviation is noise, and edits
+along it look far from the examples that are not."""
+FEWEST_TO_PLACE = 3
+"""Fewer components cannot lead a point to any place nearby."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +102,22 @@ class MotionModel:
     def directions(self) -> FloatArray:
         """Pose change of one standard deviation a component, (m, frames, n), rad and m."""
         return np.asarray(self.sigma[:, None, None] * self.components / self.weights)
+
+    @property
+    def doubts(self) -> list[str]:
+        """What speaks against editing by this model, a line each."""
+        found = []
+        if self.size < FEWEST_TO_PLACE:
+            found.append(
+                f"{self.size} component{'s' * (self.size > 1)} cannot lead a point to any place:"
+                " keep more of the variance (--variance 1), or learn from more motions"
+            )
+        sizes = np.abs(self.directions).max(axis=(1, 2))
+        return found + [
+            f"component {place + 1} moves no joint by more than {1000 * sizes[place]:.2g} mrad"
+            " or mm a standard deviation: edits along it count as far from the examples"
+            for place in np.flatnonzero(sizes < NEGLIGIBLE)
+        ]
 
     def poses(self, coefficients: FloatArray) -> FloatArray:
         """Return the motion of whitened coefficients (Eq. 3).
