@@ -19,13 +19,12 @@ from armsyn.editing.outcome import Outcome
 from armsyn.editing.pattern.branches import unwrapped_poses
 from armsyn.editing.pattern.learning import RADIANS_PER_METRE
 from armsyn.editing.pattern.model import MotionModel
+from armsyn.editing.refusing import refuse_far, refuse_missed
 from armsyn.editing.result import EditResult
 from armsyn.editing.solving import SolverOptions
 from armsyn.editing.tasks import TaskMaker
-from armsyn.errors import OutsidePatternError, UnreachableError
 
 FloatArray = NDArray[np.float64]
-_ROUNDING = 1e-9
 
 
 class Editor:
@@ -84,7 +83,8 @@ class Editor:
         OutsidePatternError
             When a coefficient beyond `coefficient_bound`, and beyond the clip's own, is needed.
         UnreachableError
-            When a constraint of the first level is missed by more than `allowed_miss`.
+            When a constraint of the first level is missed by more than `allowed_miss`, or any is
+            and nothing changed: the levels above it use all the components.
         """
         tasks = self._maker.tasks(
             (n, c) for n, c in enumerate(constraints) if not isinstance(c, KeyTrajectory)
@@ -100,7 +100,7 @@ class Editor:
             bent = self._solver.key_trajectory(here, bent)
         reached = self.coefficients + bent.added
         if not force:
-            self._refuse_far(reached)
+            refuse_far(self._model, reached, self.coefficients, self._options.coefficient_bound)
         farthest = np.abs(reached).max(axis=1).argmax()
         result = self._outcome.result(
             tasks,
@@ -111,35 +111,8 @@ class Editor:
             self._model.nearest_example(reached[farthest]),
         )
         if not force:
-            self._refuse_missed(result)
+            refuse_missed(result, tasks, constraints, self._options.allowed_miss)
         return result
-
-    def _refuse_missed(self, result: EditResult) -> None:
-        """Refuse what does not bring the first level to its goals: nothing near is written."""
-        first = [r for r in result.residuals if r.level == result.residuals[0].level]
-        worst = max(first, key=lambda residual: residual.worst, default=None)
-        if worst is None or worst.worst <= self._options.allowed_miss:
-            return
-        count = self._model.size
-        raise UnreachableError(
-            f"{worst.label} is missed by {worst.amount}: the pattern's {count}"
-            f" component{'s' * (count > 1)} within the joints' limits do not lead there: ask for"
-            " less, or on a further level; learn from more examples or more of their variance;"
-            " or force it",
-            worst.worst,
-        )
-
-    def _refuse_far(self, reached: FloatArray) -> None:
-        """Refuse what is farther from the mean than allowed, and farther than the clip itself."""
-        largest, bound = float(np.abs(reached).max()), self._options.coefficient_bound
-        if largest > max(bound, float(np.abs(self.coefficients).max()) + _ROUNDING):
-            raise OutsidePatternError(
-                f"the edit needs a coefficient of {largest:.6g} standard deviations of the"
-                f" examples, beyond the {bound:.6g} allowed: ask for less, learn from examples"
-                " nearer to it, or force it",
-                largest,
-                bound,
-            )
 
 
 def edit_motion(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,14 @@ from armsyn.editing.constraints import (
 )
 from armsyn.editing.figure import Effector
 from armsyn.editing.splines import KochanekBartels, ease
-from armsyn.errors import ConstraintError, InputError
+from armsyn.errors import ConstraintError
 from armsyn.kinematics.pose_tree import PoseTree
 from armsyn.kinematics.rotation import from_expmap
 
 FloatArray = NDArray[np.float64]
+
+_LISTED = 8
+"""Of a tree's bodies, at most so many are named where none is near."""
 
 
 class TaskMaker:
@@ -66,13 +70,24 @@ class TaskMaker:
 
     def _at(self, effector: Effector, frame: int) -> tuple[int, FloatArray, FloatArray, FloatArray]:
         """Return the body, the point in it, and where the clip has both."""
-        try:
-            body = self._tree.body(effector.body)
-        except InputError as error:
-            raise ConstraintError(str(error)) from error
+        body = self._body(effector.body)
         point = np.array(effector.point, dtype=np.float64)
         there = self._tree.points(self._poses[frame], np.array([body]), point[None])
         return body, point, there.positions[0], there.orientations[0]
+
+    def _body(self, name: str) -> int:
+        bodies = self._tree.bodies
+        if name in bodies:
+            return bodies.index(name)
+        by_lower = {body.lower(): body for body in bodies}
+        near = get_close_matches(name.lower(), by_lower, n=3, cutoff=0.5)
+        near += [body for body in by_lower if name.lower() in body and body not in near]
+        listed = [by_lower[body] for body in near] or list(bodies)
+        more = f" ... ({len(bodies)} in all)" if len(bodies) > len(listed[:_LISTED]) else ""
+        raise ConstraintError(
+            f"no body '{name}' here; {'did you mean' if near else 'there are'}"
+            f" {', '.join(listed[:_LISTED])}{more}"
+        )
 
     def _key_frame(self, number: int, constraint: KeyFrame) -> list[Task]:
         frame = self._frame(constraint.effector, constraint.frame)

@@ -149,7 +149,7 @@ def test_what_is_far_is_refused_unless_forced(
     [
         ((), "nothing is asked for"),
         (("--frame", 3), "give --point"),
-        ((*HAND,), "either position or by"),
+        ((*HAND,), "needs either a place (to) or by"),
         ((*HAND, "--by", 0, "x", 0), "not a valid float"),
         ((*HAND, "--by", 0, "nan", 0), "three finite numbers"),
         (("--point", "hand:1,2", "--by", 0, 0, 0), "BODY:X,Y,Z"),

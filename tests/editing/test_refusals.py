@@ -1,5 +1,6 @@
 """Edits that do not bring the first level to its goals, and how soon solvers see it."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from armsyn.editing import (
     load_clips,
 )
 from armsyn.editing.sampling import at_frames
-from armsyn.errors import OutsidePatternError, UnreachableError
+from armsyn.errors import ConstraintError, OutsidePatternError, UnreachableError
 from armsyn.motion.body import BodyMotion
 from tests.editing.conftest import made_clip
 
@@ -120,3 +121,53 @@ def test_a_held_start_does_not_keep_a_lower_level_from_a_goal_it_can_reach(
     assert result.iterations > 0
     assert result.level_errors[1] < 1e-5
     assert result.level_errors[2] < 1e-5
+
+
+def test_a_pin_that_uses_all_components_is_named_and_nothing_is_given(
+    made: list[BodyMotion], made_model: MotionModel
+) -> None:
+    held, key = Pin(Effector("left_foot")), KeyFrame(HAND, 12, by=(0.0, 0.0, 0.03), level=2)
+    with pytest.raises(UnreachableError, match="nothing changed, as the levels before") as refused:
+        edit_motion(made[0], made_model, [held, key])
+    frames = made[0].frames
+    assert "key-frame hand @ 12 is missed by 3.0000 cm" in str(refused.value)
+    assert f"beside pin left_foot, which asks for {3 * frames} numbers of 9" in str(refused.value)
+    forced = edit_motion(made[0], made_model, [held, key], force=True)
+    np.testing.assert_allclose(forced.after, forced.before, atol=1e-6)
+    # One height at a few frames leaves freedom, as the message says
+    few = Pin(Effector("left_foot"), (0, 12), axes="z")
+    assert edit_motion(made[0], made_model, [few, key], force=True).success
+
+
+def test_pins_on_a_goals_own_level_are_named(
+    made: list[BodyMotion], made_model: MotionModel
+) -> None:
+    asked = [KeyFrame(HAND, -1, by=(0, 0, 0.1)), Pin(Effector("left_foot")), Pin(Effector("root"))]
+    with pytest.raises(UnreachableError, match="beside pin left_foot and pin root, which ask for"):
+        edit_motion(made[0], made_model, asked, SolverOptions(coefficient_bound=100.0))
+
+
+def test_a_component_of_no_size_is_said_where_it_misleads(made: list[BodyMotion]) -> None:
+    rng = np.random.default_rng(1)
+    main, noise = rng.normal(size=(2, 30, 5, 3))
+    clips = [
+        dataclasses.replace(
+            made_clip(0), rotations=made_clip(0).rotations + 0.1 * a * main + 1e-5 * b * noise
+        )
+        for a, b in rng.normal(size=(6, 2))
+    ]
+    model = learn_model(clips, variance=1.0)
+    assert any("component 2 moves no joint by more than" in doubt for doubt in model.doubts)
+    with pytest.raises(OutsidePatternError, match="of component 2, by which they differ next to"):
+        edit_motion(clips[0], model, [KeyFrame(HAND, -1, by=(0.0, 0.02, 0.02))])
+    assert learn_model(made, components=3).doubts == []
+    assert "cannot lead a point to any place" in learn_model(made, components=2).doubts[0]
+
+
+def test_a_body_that_is_not_there_gets_near_names(
+    reaches: list[BodyMotion], reach_model: MotionModel
+) -> None:
+    goal = KeyFrame(Effector("wristrt"), -1, by=(0.0, 0.0, 0.0))
+    with pytest.raises(ConstraintError, match=r"did you mean JtWristRt") as refused:
+        edit_motion(reaches[0], reach_model, [goal])
+    assert len(str(refused.value)) < 160
