@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +18,6 @@ if TYPE_CHECKING:
         MotionModel,
         SolverOptions,
     )
-    from armsyn.motion import Motion
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
 _TRIPLE = (float, float, float)
@@ -86,6 +83,7 @@ def apply(**options: Any) -> None:
     """
     from armsyn.cli.edit_clips import load_clip, on_skeleton_of
     from armsyn.cli.edit_files import check_outputs, check_suffix, tell, write
+    from armsyn.cli.edit_safety import check_safe
     from armsyn.editing import Editor, load_model
     from armsyn.editing.report import score_edit
 
@@ -97,9 +95,14 @@ def apply(**options: Any) -> None:
     clip = load_clip(options["clip"], arm, options["unit"])
     if options["retarget"]:
         clip = on_skeleton_of(clip, model.figure)
-    clip = _slowed(clip, options["slower"])
-    result = Editor(clip, model, solver).edit(constraints, force=options["force"])
-    notes = [] if arm is None else _safe(result, arm, options["slower"] or 1.0)
+
+    def edited(slower: float | None) -> EditResult:
+        return Editor(_slowed(clip, slower), model, solver).edit(
+            constraints, force=options["force"]
+        )
+
+    result, slower = edited(options["slower"]), options["slower"] or 1.0
+    notes = [] if arm is None else check_safe(result, arm, slower, edited)
     scored = score_edit(result)
     write(result, model, scored, solver.coefficient_bound, notes, options)
     tell(result, scored, solver.coefficient_bound, notes, options)
@@ -156,7 +159,10 @@ def _asked(options: dict[str, Any]) -> tuple[list[Constraint], SolverOptions]:
 
 def _key_frame(options: dict[str, Any]) -> KeyFrame:
     from armsyn.editing import KeyFrame
+    from armsyn.errors import InputError
 
+    if (options["to"] is None) == (options["by"] is None):
+        raise InputError("--point goes --to a place or is moved --by something: give one of them")
     return KeyFrame(
         _effector(options["point"]),
         -1 if options["frame"] is None else options["frame"],
@@ -178,33 +184,3 @@ def _effector(text: str) -> Effector:
     except ValueError:
         raise ConstraintError(f"{text!r}: give a body, or BODY:X,Y,Z in metres") from None
     return Effector(body, (x, y, z))
-
-
-def _safe(result: EditResult, arm: ArmDescription, slower: float) -> list[str]:
-    """Refuse what the arm must not follow; say how it was before."""
-    from armsyn.errors import LimitError, RefusedMotionError
-    from armsyn.motion import Motion
-    from armsyn.safety import check_trajectory
-
-    assert isinstance(result.clip, Motion)  # noqa: S101 - of an arm
-    assert isinstance(result.original, Motion)  # noqa: S101
-    try:
-        check_trajectory(dataclasses.replace(result.clip, source="edited"), arm)
-    except LimitError as error:
-        needed = slower * _excess(result.clip, arm)
-        if needed > slower:
-            error.add(f"--slower {math.ceil(10.0 * needed) / 10.0:g} will do")
-        raise
-    try:
-        check_trajectory(result.original, arm)
-    except RefusedMotionError as error:
-        return [f"Safe for {arm.name}; the original was not: {error}."]
-    return [f"Safe for {arm.name}: ranges, speeds, accelerations, jerk, collisions."]
-
-
-def _excess(motion: Motion, arm: ArmDescription) -> float:
-    """By how much a motion is too fast for an arm; at most 1 where it is not."""
-    from armsyn.planning.timing import Rates
-
-    assert motion.angles is not None  # noqa: S101 - of an arm
-    return float(Rates.of(arm).excess(motion.angles, motion.rate).max())

@@ -73,7 +73,7 @@ class KeyFrame:
         _check_triple(self.effector, self.position, "a position")
         _check_triple(self.effector, self.by, "a displacement")
         if (self.position is None) == (self.by is None):
-            raise ConstraintError(f"{self.effector}: a key-frame needs either a place (to) or by")
+            raise ConstraintError(f"{self.effector}: give a key-frame either position (to) or by")
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,7 @@ class Orientation:
         _check_triple(self.effector, self.by, "a turn")
         if (self.rotation is None) == (self.by is None):
             raise ConstraintError(
-                f"{self.effector}: an orientation needs either a rotation (to_deg) or by"
+                f"{self.effector}: give an orientation either rotation (to_deg) or by (by_deg)"
             )
         if self.rotation is not None:
             object.__setattr__(self, "rotation", checked_rotation(self.rotation))

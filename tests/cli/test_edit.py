@@ -149,7 +149,7 @@ def test_what_is_far_is_refused_unless_forced(
     [
         ((), "nothing is asked for"),
         (("--frame", 3), "give --point"),
-        ((*HAND,), "needs either a place (to) or by"),
+        ((*HAND,), "--to a place or is moved --by something: give one"),
         ((*HAND, "--by", 0, "x", 0), "not a valid float"),
         ((*HAND, "--by", 0, "nan", 0), "three finite numbers"),
         (("--point", "hand:1,2", "--by", 0, 0, 0), "BODY:X,Y,Z"),
@@ -376,7 +376,7 @@ def test_captured_reaches_are_learned_on_an_arm(call: Call, captures: Path, tmp_
     assert load_model(model).names == tuple(names)
     apply = ("edit", "apply", names[0], "--model", model, "--point", "tip", "--by", 0, 0.02, 0)
     too_fast = call(*apply, "--out", out)
-    too_fast.refused(4, "acceleration", "; --slower ")
+    too_fast.refused(4, "acceleration", "; with --slower ", "passes all checks")
     needed = too_fast.err.split("--slower ")[1].split(" ")[0]
     edited = call(*apply, "--out", out, "--slower", needed, "--json")
     assert edited.status == 0, edited.err
