@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from armsyn.arm import ArmDescription
 from armsyn.errors import InputError, LimitError, UnreachableError
 from armsyn.ik import IkResult, solve_ik
+from armsyn.planning.prediction import real_numbers
 
 FloatArray = NDArray[np.float64]
 
@@ -17,6 +18,9 @@ TOLERANCE_M = 1e-3
 PLANNING_RATE_HZ = 200.0
 """Frames a second of a plan, whatever rate it is streamed at: the explicit step of the controller
 needs lambda dt g well below 1, and the driver interpolates."""
+
+FARTHEST = 1e6
+"""m or rad: what no arm has to do with, and far below what would overflow when it is squared."""
 
 _TICK = 2.0 * np.pi / 4096.0
 
@@ -39,11 +43,11 @@ def checked_start(arm: ArmDescription, posture: ArrayLike) -> FloatArray:
     Raises
     ------
     InputError
-        Another count, or not finite.
+        Another count, no numbers, or not finite.
     LimitError
         The posture is outside the joints' ranges; the message names the first such joint.
     """
-    start = arm.chain.checked_posture(posture)
+    start = arm.chain.checked_posture(real_numbers(posture, "a posture"))
     inside = np.clip(start, arm.chain.lower, arm.chain.upper)
     outside = np.flatnonzero(np.abs(start - inside) > _TICK)
     if outside.size:
@@ -59,10 +63,20 @@ def checked_start(arm: ArmDescription, posture: ArrayLike) -> FloatArray:
 
 
 def checked_target(target: ArrayLike) -> FloatArray:
-    """Return a target as an array, shape (3,), m; InputError for anything else."""
-    goal = np.asarray(target, dtype=np.float64)
-    if goal.shape != (3,) or not np.isfinite(goal).all():
+    """Return a target as an array, shape (3,), m.
+
+    Raises
+    ------
+    InputError
+        No numbers, another count, not finite, or beyond `FARTHEST`.
+    """
+    goal = real_numbers(target, "a target")
+    if goal.shape != (3,):
+        raise InputError(f"a target is 3 finite numbers of metres, got an array of {goal.shape}")
+    if not np.isfinite(goal).all():
         raise InputError(f"a target is 3 finite numbers of metres, got {goal.tolist()}")
+    if np.abs(goal).max() > FARTHEST:
+        raise InputError(f"a target lies within {FARTHEST:g} m of the base, got {goal.tolist()}")
     return goal
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -77,6 +78,34 @@ class Predictor(Protocol):
         """
 
 
+def real_numbers(given: ArrayLike, what: str) -> FloatArray:
+    """Return something given as an array of its own, of any shape.
+
+    Parameters
+    ----------
+    given : array_like
+    what : str
+        What it is, for people, such as "a target".
+
+    Raises
+    ------
+    InputError
+        Text, complex numbers, lists of different lengths, or integers beyond what a float holds.
+    """
+    try:
+        found = np.asarray(given)
+        if not np.iscomplexobj(found):
+            return np.array(found, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{what} is made of real numbers, got {_short(given)}") from error
+    raise InputError(f"{what} is made of real numbers, got {_short(given)}")
+
+
+def _short(given: object) -> str:
+    """Return one line of it."""
+    return reprlib.repr(given).replace("\n", " ")
+
+
 def checked_reaches(
     chain: SerialChain, starts: ArrayLike, targets: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
@@ -85,9 +114,9 @@ def checked_reaches(
     Raises
     ------
     InputError
-        Other shapes, or not finite; the first such reach is named by its index.
+        Other shapes, no numbers, or not finite; the first such reach is named by its index.
     """
-    first, goals = (np.array(part, dtype=np.float64) for part in (starts, targets))
+    first, goals = real_numbers(starts, "a start"), real_numbers(targets, "a target")
     if goals.ndim != 2 or goals.shape[1:] != (3,) or first.shape != (len(goals), chain.dof):
         raise InputError(
             f"M reaches need starts of shape (M, {chain.dof}) and targets of shape (M, 3),"
