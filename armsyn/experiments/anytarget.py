@@ -27,7 +27,6 @@ from armsyn.experiments.anytarget_plot import draw
 from armsyn.experiments.anytarget_rows import ROWS, Row
 from armsyn.experiments.anytarget_run import Group, Outcome, predict_all
 from armsyn.experiments.anytarget_tables import (
-    best_of,
     captured_looks,
     differences_table,
     distances_table,
@@ -38,6 +37,7 @@ from armsyn.experiments.anytarget_tables import (
     targets_table,
     times_table,
 )
+from armsyn.experiments.anytarget_verdict import best_of
 from armsyn.experiments.learned import Progress
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import Report, Table

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from armsyn.experiments.anytarget_run import TITLES, Outcome
-from armsyn.experiments.anytarget_tables import best_of, differences, over_floor
+from armsyn.experiments.anytarget_verdict import best_of, differences, over_floor
 from armsyn.experiments.pictures import figure, save
 
 _COLOURS = {

@@ -8,6 +8,8 @@ import numpy as np
 
 from armsyn.errors import CaptureError
 from armsyn.motion import FloatArray, Motion
+from armsyn.motion.filtering import LOWEST_RATE, hand_speed
+from armsyn.motion.peaks import count_peaks
 from armsyn.planning.prediction import REACHED_M
 from armsyn.scoring.comparison import posture_errors
 from armsyn.scoring.distance import held_distance, landmark_errors
@@ -35,6 +37,7 @@ class Score(NamedTuple):
     time_to_peak: float
     peak_over_mean: float
     speed_peaks: float
+    """Of the whole reach, low-passed: a second bell behind a near-stop counts, too."""
     profile_r: float
     """Correlation with the person's mean speed profile."""
     sparc: float
@@ -94,6 +97,7 @@ def score(
         held_given=held_distance(uncut(pair_up(captured, given))),
         endpoint=endpoint,
         elbow=float(apart[:, elbow].mean()),
+        speed_peaks=float(_whole_peaks(predicted, whole.rate)),
         log_time=float(np.log(predicted.duration / captured.duration)),
         success=float(endpoint <= REACHED_M and in_range and is_measured),
         **looks,
@@ -102,8 +106,14 @@ def score(
 
 _LOOKS = (
     *("held_trimmed", "swivel", "direction"),
-    *("time_to_peak", "peak_over_mean", "speed_peaks", "profile_r", "sparc"),
+    *("time_to_peak", "peak_over_mean", "profile_r", "sparc"),
 )
+
+
+def _whole_peaks(motion: Motion, rate: float) -> int:
+    """Count from the first frame to the last: from onset to offset a second bell may be cut off."""
+    profile = hand_speed(motion.time, motion.hand, rate=max(rate, LOWEST_RATE))
+    return count_peaks(profile.speed, profile.rate)
 
 
 def _looks(captured: Motion, predicted: Motion, profile: FloatArray) -> dict[str, float]:
@@ -116,7 +126,7 @@ def _looks(captured: Motion, predicted: Motion, profile: FloatArray) -> dict[str
     speed = normalised_speed(predicted.time, predicted.hand, rate=trimmed.rate)
     found = (
         *(held_distance(trimmed), posture.swivel, (posture.upper_arm + posture.forearm) / 2),
-        *(hand.time_to_peak, hand.peak_over_mean, float(hand.speed_peaks)),
+        *(hand.time_to_peak, hand.peak_over_mean),
         *(correlation(speed, profile), hand.sparc),
     )
     return dict(zip(_LOOKS, found, strict=True))

@@ -7,17 +7,22 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from armsyn.experiments.anytarget_bootstrap import LEVEL, Interval, interval, target_differences
+from armsyn.experiments.anytarget_bootstrap import LEVEL
 from armsyn.experiments.anytarget_people import People
 from armsyn.experiments.anytarget_rows import Row
 from armsyn.experiments.anytarget_run import TITLES, Outcome
 from armsyn.experiments.anytarget_scores import MEASURES, score
+from armsyn.experiments.anytarget_verdict import (
+    Outcomes,
+    best_of,
+    differences,
+    has_one_peak,
+    over_floor,
+    verdict,
+)
 from armsyn.experiments.tables import Column, Table, Value, centimetres
 from armsyn.motion import FloatArray
 
-Outcomes = Mapping[str, Outcome]
-_PER_FLOOR = 1.08
-"""Held distance over the floor, on the mean, that the best row is to come within."""
 _DEGREES = 180 / math.pi
 _ROW = Column("row", "row")
 _DISTANCES = (
@@ -48,8 +53,9 @@ _LOOKS = (
 _DISTANCES_NOTE = (
     "Means over persons of the means over their reaches. held: held distance on the segments as"
     " cut, the movement time predicted; time given: the captured one instead; 5 % cut: both trimmed"
-    " to onset and offset, time predicted. / floor: mean over persons of held distance over human"
-    " floor. References and bounds know reaches to the very target, so they do not compete."
+    " to onset and offset, time predicted. / floor: mean over persons of each distance over the"
+    " human floor's own in the same column. References and bounds know reaches to the very target,"
+    " so they do not compete."
 )
 _POSTURES_NOTE = (
     "end: from the hand's end to the target; success: that is 1 mm or less, no joint leaves its"
@@ -57,8 +63,10 @@ _POSTURES_NOTE = (
     " mean error over normalised time."
 )
 _LOOKS_NOTE = (
-    "captured: the people themselves. one peak: share of reaches; speed r: correlation with the"
-    " person's mean speed profile; ln T: log of predicted over captured movement time."
+    "captured: the people themselves. one peak: share of reaches, the speed low-passed at 6 Hz and"
+    " counted from the first frame to the last, not from onset to offset as the other measures;"
+    " speed r: correlation with the person's mean speed profile;"
+    " ln T: log of predicted over captured movement time."
 )
 _KINDS = {
     "reference": "reference, shown the target",
@@ -165,14 +173,12 @@ def captured_looks(people: People) -> dict[str, float]:
 
 def looks_of(outcome: Outcome) -> dict[str, float]:
     """Return the means that `looks_table` shows of a row."""
-    peaks = outcome.of("speed_peaks")
-    known = peaks[np.isfinite(peaks)]
     return {
         **{
             key: outcome.mean(key)
             for key in ("time_to_peak", "peak_over_mean", "profile_r", "sparc")
         },
-        "one_peak": float((known == 1).mean()) if known.size else math.nan,
+        "one_peak": has_one_peak(outcome),
         "log_time_ratio": outcome.mean("log_time"),
     }
 
@@ -220,59 +226,6 @@ def differences_table(outcomes: Outcomes, seed: int) -> Table:
     )
     title = f"{_title(outcomes)}: best row ({best.row.title}) against the others"
     return Table(title, columns, rows, [note, verdict(outcomes, found)])
-
-
-def differences(outcomes: Outcomes, best: Outcome, seed: int) -> dict[str, Interval]:
-    """By how much every other competing row's held distance exceeds the best row's, m."""
-    return {
-        key: interval(target_differences(best, outcome), seed)
-        for key, outcome in outcomes.items()
-        if outcome.row.competes and outcome is not best
-    }
-
-
-def best_of(outcomes: Outcomes) -> Outcome:
-    """Return the competing row of the least held distance, over the floor where there is one."""
-    competing = [outcome for outcome in outcomes.values() if outcome.row.competes]
-
-    def worth(outcome: Outcome) -> float:
-        floors = over_floor(outcome, outcomes)
-        return outcome.mean("held") if math.isnan(floors) else floors
-
-    return min(competing, key=worth)
-
-
-def verdict(outcomes: Outcomes, found: Mapping[str, Interval]) -> str:
-    """Say in one line what the figures say of the best row."""
-    best = best_of(outcomes)
-    floors = over_floor(best, outcomes)
-    said = [f"Best: {best.row.title}, {best.mean('held') * 100:.2f} cm"]
-    if not math.isnan(floors):
-        kept = "within" if floors <= _PER_FLOOR else "above"
-        said[0] += f", {floors:.3f} times the human floor: {kept} the wanted {_PER_FLOOR}"
-    if best.row.kind == "baseline":
-        said.append("neither synergies nor latent motions beat this baseline here")
-    rivals = {
-        key: gap
-        for key, gap in found.items()
-        if outcomes[key].row.kind == "baseline" and gap.verdict != "ahead"
-    }
-    named = ", ".join(outcomes[key].row.title for key in rivals)
-    others = "every other baseline" if best.row.kind == "baseline" else "every baseline"
-    said.append(
-        f"its interval does not put it ahead of: {named}"
-        if rivals
-        else f"its interval puts it ahead of {others}"
-    )
-    return "; ".join(said) + "."
-
-
-def over_floor(outcome: Outcome, outcomes: Outcomes, measure: str = "held") -> float:
-    """Mean over persons of held distance over human floor; NaN where there is no floor."""
-    if "floor" not in outcomes:
-        return math.nan
-    floors, own = outcomes["floor"].by_subject("held"), outcome.by_subject(measure)
-    return float(np.mean([own[subject] / floors[subject] for subject in own]))
 
 
 def targets_table(outcomes: Outcomes) -> Table:

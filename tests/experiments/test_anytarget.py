@@ -13,11 +13,14 @@ from armsyn.experiments.anytarget_people import People, folds, load_garza, load_
 from armsyn.experiments.anytarget_rows import ROWS, Row
 from armsyn.experiments.anytarget_run import Group, Outcome, predict_all
 from armsyn.experiments.anytarget_scores import MEASURES, score
-from armsyn.experiments.anytarget_tables import differences_table, distances_table, over_floor
+from armsyn.experiments.anytarget_tables import differences_table, distances_table
+from armsyn.experiments.anytarget_verdict import over_floor
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import write
 from armsyn.motion.captures import load_captures
+from armsyn.motion.resample import interpolate
 from armsyn.scoring.floor import human_floor
+from armsyn.scoring.measures import profile_measures
 from armsyn.scoring.repeats import repeats_in
 from tests.experiments.conftest import silent
 
@@ -121,6 +124,29 @@ def test_a_hand_that_rests_is_no_success_and_has_no_profile(people: People) -> N
     assert found.held > 0.1
 
 
+def test_a_second_bell_behind_a_near_stop_is_counted(people: People) -> None:
+    """From onset to offset it is cut away; the whole reach has it."""
+    phase = np.linspace(0.0, 1.0, 101)
+    bell = 10 * phase**3 - 15 * phase**4 + 6 * phase**5
+    straight = people.examples.angles[0][0] + bell[:, None] * np.ptp(people.examples.angles[0], 0)
+    once = people.motion(0, straight, 1.0)
+    assert once.landmarks is not None
+    later = 1.0 + np.arange(1, 201) / 200
+    back = interpolate(np.linspace(1.0, 2.0, once.frames), once.landmarks[::-1], later)
+    again = once.landmarks[-1] + 0.4 * (back - once.landmarks[-1])
+    twice = dataclasses.replace(
+        once,
+        time=np.concatenate([once.time, later]),
+        landmarks=np.concatenate([once.landmarks, again]),
+    )
+    found = [
+        score(people.captured[0], one, one, one.hand[-1], people.profiles["S01"], in_range=True)
+        for one in (once, twice)
+    ]
+    assert profile_measures(twice.time, twice.hand).speed_peaks == 1
+    assert [one.speed_peaks for one in found] == [1.0, 2.0]
+
+
 def test_the_published_baseline_comes_out_on_all_reaches(captures: Path) -> None:
     """scoring.md: floor 1.48 cm, linear 1.80 cm for S01."""
     del captures
@@ -186,6 +212,16 @@ def test_floors_are_compared_person_by_person(people: People) -> None:
     assert over_floor(row, outcomes) == pytest.approx((2 + 1) / 2)
     rows = distances_table(outcomes).as_dict()["rows"]
     assert [each["floors"] for each in rows] == pytest.approx([1.0, 1.5])
+
+
+def test_a_distance_with_time_given_is_set_against_the_floor_with_time_given(
+    people: People,
+) -> None:
+    floor, row = made(people, "floor", 0.01, "reference"), made(people, "linear", 0.03)
+    floor.scores[:, MEASURES.index("held_given")] = 0.005
+    rows = distances_table({"floor": floor, "linear": row}).as_dict()["rows"]
+    assert [each["floors_time_given"] for each in rows] == pytest.approx([1.0, 6.0])
+    assert [each["floors"] for each in rows] == pytest.approx([1.0, 3.0])
 
 
 @pytest.fixture(scope="module")
