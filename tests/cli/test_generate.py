@@ -70,6 +70,25 @@ def test_the_number_of_workers_leaves_no_trace(whole: Path, tmp_path: Path) -> N
     assert content(tmp_path / "two") == content(whole)
 
 
+@pytest.mark.parametrize("plan", ["latent", "synergy"])
+@pytest.mark.parametrize("arm", ["human7", "widowx_250s"])
+def test_what_is_learned_leaves_the_same_bytes_in_any_number_of_processes(
+    arm: str, plan: str, tmp_path: Path
+) -> None:
+    asked = ("generate", "--arm", arm, "--plan", plan, "--random", 30, "--rate", 100)
+    more = ("--repeats", 2, "--variability", "--chunk", 15, "--seed", 3)
+    for workers in (1, 2):
+        out = tmp_path / str(workers)
+        done = run(*asked, *more, "--out", out, "--workers", workers, "--json")
+        assert done.status == 0, done.err
+    assert done.document["reaches_made"] > 40
+    assert done.document["reaches_evened"] > 0
+    assert content(tmp_path / "1") == content(tmp_path / "2")
+    changes = (tmp_path / "1" / "changes.csv").read_text().splitlines()
+    assert changes[0] == "index,evened,swivel_m,reason"
+    assert len(changes) > done.document["reaches_evened"]
+
+
 def started_stuck(*arguments: object) -> subprocess.Popen[str]:
     """Start the command; its third chunk takes long enough to stop it there."""
     program = HOOK.format(wait=STUCK_AT_THE_THIRD) + "\nfrom armsyn.cli.main import main\nmain()\n"

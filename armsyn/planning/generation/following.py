@@ -21,6 +21,7 @@ from armsyn.planning.bending import INSIDE
 from armsyn.planning.checking import TOLERANCE_M, reached_from, too_far, where
 from armsyn.planning.finishing import SHARES, evened, finished
 from armsyn.planning.generation.bells import uneven_reaches
+from armsyn.planning.generation.hands import hold_within
 from armsyn.planning.generation.judging import judge
 from armsyn.planning.generation.pacing import Paced, pace
 from armsyn.planning.posing import HandTask
@@ -140,20 +141,12 @@ def _tried(
     lower, upper = arm.chain.lower, arm.chain.upper
     inside = (angles.min(axis=1) >= lower - INSIDE) & (angles.max(axis=1) <= upper + INSIDE)
     paced = pace(arm, angles, durations, rate_hz)
-    allowed = inside.all(axis=1) & (paced.lengths > 0) & ~_swung(paced, lower, upper)
-    np.clip(paced.paths, lower, upper, out=paced.paths)
+    swung = np.empty(len(angles), dtype=np.bool_)
+    hold_within(lower, upper, SWING, paced.first, paced.paths, swung)
+    allowed = inside.all(axis=1) & (paced.lengths > 0) & ~swung
     allowed &= judge(arm, paced).kinds == reaches.ALLOWED
     uneven = uneven_reaches(arm.chain, paced)
     return paced, allowed & ~uneven, allowed & uneven
-
-
-def _swung(paced: Paced, lower: FloatArray, upper: FloatArray) -> BoolArray:
-    """Which paths leave the ranges by more than `SWING`, shape (M,)."""
-    beyond = (paced.paths < lower - SWING) | (paced.paths > upper + SWING)
-    frames = np.flatnonzero(beyond.any(axis=1))
-    swung = np.zeros(len(paced.scales), dtype=np.bool_)
-    swung[np.searchsorted(paced.first, frames, side="right") - 1] = True
-    return swung
 
 
 def _finish(

@@ -10,7 +10,7 @@ from armsyn.kernels.chain import ChainArrays
 from armsyn.kernels.compiling import kernel
 from armsyn.kernels.distance import ShapeArrays
 from armsyn.kernels.reaches import place_lanes
-from armsyn.kernels.types import FloatArray, IntArray
+from armsyn.kernels.types import BoolArray, FloatArray, IntArray
 
 _LANES = 16
 
@@ -128,3 +128,23 @@ def count_movements(
         onset = edge_of(speed, peak, -1, cut, least, rest)
         offset = edge_of(speed, peak, 1, cut, least, rest)
         counts[m] = count_peaks(speed[onset : offset + 1], rise, spacing)
+
+
+@kernel
+def hold_within(
+    lower: FloatArray,
+    upper: FloatArray,
+    swing: float,
+    first: IntArray,
+    paths: FloatArray,
+    swung: BoolArray,
+) -> None:
+    """Clip paths, shape (all frames, n), to ranges; fill which leave them by more than `swing`."""
+    for m in range(swung.shape[0]):
+        swung[m] = False
+        for frame in range(first[m], first[m + 1]):
+            for j in range(paths.shape[1]):
+                x = paths[frame, j]
+                inside = min(max(x, lower[j]), upper[j])
+                paths[frame, j] = inside
+                swung[m] = swung[m] or abs(x - inside) > swing
