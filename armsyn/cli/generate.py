@@ -76,7 +76,8 @@ def generate(**options: Any) -> None:
     reaches are made from. They are planned, not measured: no arm or person moved so.
 
     Formats: npz and csv (many reaches a file), parquet and mcap (likewise, an episode a reach), bvh
-    (a file a reach: the arm as a skeleton), lerobot (one dataset). The same seed and inputs give
+    (a file a reach: the arm as a skeleton), lerobot (one dataset; its action is the posture of the
+    plan's next frame, of the last its own, as a loop by position sends it). The same seed and inputs give
     the same bytes, whatever the number of workers. Ctrl-C, a full disk and even a kill keep every
     finished chunk; the same command with --resume goes on from there.
 

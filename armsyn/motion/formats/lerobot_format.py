@@ -10,11 +10,12 @@
     data/chunk-000/file-000.parquet               one row a frame, one row group an episode
 
 A frame has ``observation.state`` (the measured posture; of a plan the plan) and ``action`` (what
-the arm was told; see `armsyn.motion.formats.episodes.KINDS`), both with elements ``JOINT.pos``, as
-lerobot's own robots name them; ``timestamp`` (s from the episode's first frame: frame_index / fps)
-and the indices. An episode's row also has its ``armsyn/kind``, ``armsyn/source`` and, as JSON,
-``armsyn/facts``, such as the port that a recording came from. Landmarks and measured velocities
-have no place here.
+the arm was told; see `ACTIONS`), both with elements ``JOINT.pos``, as lerobot's own robots name
+them; ``timestamp`` (s from the episode's first frame: frame_index / fps) and the indices. A plan's
+action is the posture of its next frame, the last one's its own: what a loop by position sends when
+it sees the state, so that a policy does not learn to stay where it is. An episode's row also has
+its ``armsyn/kind``, ``armsyn/source`` and, as JSON, ``armsyn/facts``, such as the port that a
+recording came from. Landmarks and measured velocities have no place here.
 
 Units. lerobot's robots with servos give degrees about the middle of the calibrated range
 (``use_degrees``, which its SO-100 and SO-101 arms always do since February 2026) or, as
@@ -39,7 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.errors import CaptureError, FormatError
-from armsyn.motion.formats.episodes import Episode, Episodes, episodes_of
+from armsyn.motion.formats.episodes import KINDS, Episode, Episodes, Kind, episodes_of
 from armsyn.motion.formats.files import new_folder
 from armsyn.motion.formats.lerobot_stats import DatasetStats, stats_of
 from armsyn.motion.motion import FloatArray
@@ -58,6 +59,10 @@ Units = Literal["degrees", "radians", "normalised"]
 UNITS: tuple[str, ...] = get_args(Units)
 NO_TASK = "move the arm"
 """Task of an episode that names none: policies that hear language need one."""
+ACTIONS: dict[Kind, str] = KINDS | {
+    "planned": "the plan's posture at the next frame (at the last, its own): nothing was driven"
+}
+"""What the action of an episode is, by its kind; ``meta/armsyn.json`` says it."""
 _ON_TIME_S = 1e-6
 _NEAR_WHOLE = 0.01
 """Part of a rate by which it may miss a whole number that is taken for it."""
@@ -217,7 +222,7 @@ class _Dataset:
         self._fps = fps
         self._stats = DatasetStats()
         self._tasks: dict[str, int] = {}
-        self._kinds: dict[str, int] = {}
+        self._kinds: dict[Kind, int] = {}
         self._interpolated = 0
         self._frames = 0
         self._episodes = 0
@@ -249,16 +254,19 @@ class _Dataset:
         self._episodes += 1
 
     def _sampled(self, episode: Episode) -> tuple[FloatArray, FloatArray]:
-        """What was told and what was measured, at multiples of 1 / fps."""
+        """What was told and what was measured, at multiples of 1 / fps; see `ACTIONS`."""
         time = episode.motion.time
         try:
             at = uniform_times(float(time[0]), float(time[-1]), self._fps)
         except CaptureError as error:
             raise FormatError(f"{episode.source or 'motion'}: {error}") from error
-        if at.size == time.size and np.abs(at - time).max() < _ON_TIME_S:
-            return episode.action, episode.state
-        self._interpolated += 1
-        return interpolate(time, episode.action, at), interpolate(time, episode.state, at)
+        action, state = episode.action, episode.state
+        if at.size != time.size or np.abs(at - time).max() >= _ON_TIME_S:
+            self._interpolated += 1
+            action, state = interpolate(time, action, at), interpolate(time, state, at)
+        if episode.kind == "planned":
+            action = np.concatenate([state[1:], state[-1:]])
+        return action, state
 
     def write_meta(self, robot_type: str | None) -> None:
         """Write what is known once all frames are."""
@@ -289,6 +297,7 @@ class _Dataset:
             "units": self._scale.units,
             "ranges": self._scale.ranges,
             "episodes_of_kind": self._kinds,
+            "action": {kind: ACTIONS[kind] for kind in self._kinds},
             "interpolated_episodes": self._interpolated,
         }
         for name, document in (

@@ -159,7 +159,16 @@ def test_action_is_commanded_and_state_measured_in_degrees(tmp_path: Path) -> No
 
 def test_a_plan_says_that_it_is_one(tmp_path: Path) -> None:
     found = written(tmp_path, [plan(0), Episode(motion(1), "observed", facts={"seed": "8"})])
-    np.testing.assert_array_equal(found.array("action"), found.array("observation.state"))
+    action, state = found.array("action"), found.array("observation.state")
+    of_plan = found.array("episode_index") == 0
+    # What a loop by position sends on seeing a state is the next one; the last is held
+    np.testing.assert_array_equal(action[of_plan][:-1], state[of_plan][1:])
+    np.testing.assert_array_equal(action[of_plan][-1], state[of_plan][-1])
+    assert (action[of_plan][:-1] != state[of_plan][:-1]).any(axis=1).all()
+    np.testing.assert_array_equal(action[~of_plan], state[~of_plan])
+    said = found.json("armsyn")["action"]
+    assert "at the next frame" in said["planned"]
+    assert "measured posture" in said["observed"]
     assert found.episodes["armsyn/kind"].to_pylist() == ["planned", "observed"]
     assert found.episodes["armsyn/facts"].to_pylist() == ['{"seed": "7"}', '{"seed": "8"}']
     assert found.tasks.index.tolist() == ["reach target 0", "move the arm"]
@@ -172,14 +181,17 @@ def test_other_units(tmp_path: Path) -> None:
     write_episodes(tmp_path / "p.lerobot", plan(), prismatic=["elbow_flex"])
     radians, normalised, metres = (Dataset(tmp_path / f"{name}.lerobot") for name in "rnp")
     state = plan().state
-    np.testing.assert_array_equal(radians.array("action"), state.astype(np.float32))
+    np.testing.assert_array_equal(radians.array("observation.state"), state.astype(np.float32))
     expected = np.stack(
         [state[:, 0] * 50, (state[:, 1] - 1) * 50, (state[:, 2] - 0.25) * 400], axis=1
     )
-    np.testing.assert_allclose(normalised.array("action"), expected, rtol=1e-6, atol=1e-4)
+    np.testing.assert_allclose(
+        normalised.array("observation.state"), expected, rtol=1e-6, atol=1e-4
+    )
     assert normalised.json("armsyn")["ranges"] == {k: list(v) for k, v in ranges.items()}
     assert metres.json("armsyn")["units"]["elbow_flex"] == "metres"
-    np.testing.assert_array_equal(metres.array("action")[:, 2], state[:, 2].astype(np.float32))
+    slid = metres.array("observation.state")[:, 2]
+    np.testing.assert_array_equal(slid, state[:, 2].astype(np.float32))
 
 
 def test_statistics_are_those_of_all_frames(tmp_path: Path) -> None:
@@ -237,7 +249,8 @@ def test_another_rate_can_be_told(tmp_path: Path) -> None:
     found = written(tmp_path, plan(), fps=25)
     assert (found.info["fps"], found.info["total_frames"]) == (25, 15)
     degrees = np.rad2deg(plan().state[::2]).astype(np.float32)
-    np.testing.assert_allclose(found.array("action"), degrees, rtol=1e-6)
+    np.testing.assert_allclose(found.array("observation.state"), degrees, rtol=1e-6)
+    np.testing.assert_allclose(found.array("action")[:-1], degrees[1:], rtol=1e-6)
 
 
 def test_the_same_episodes_are_the_same_bytes(tmp_path: Path) -> None:
