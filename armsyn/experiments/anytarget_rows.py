@@ -11,6 +11,7 @@ from armsyn.experiments.anytarget_primitives import dmp, promp, why_missing
 from armsyn.experiments.anytarget_synergies import RIDGE_M, own_synergy, synergies_by, synergy_fits
 from armsyn.motion import FloatArray
 from armsyn.planning.examples import Examples
+from armsyn.planning.latent import DAMPING
 from armsyn.planning.prediction import Predicted
 from armsyn.planning.predictor import learn_predictor
 
@@ -39,6 +40,9 @@ class Row(NamedTuple):
     lessons: Lessons = "fold"
     shared: Callable[[Examples], Any] | None = None
     """What several rows learn from, made once for all of them."""
+    tuned: str = ""
+    """Which of its constants were set with the judged reaches in view; such a row is shown, but the
+    best row and the verdict are taken among the others."""
     missing: Callable[[], str | None] = lambda: None
     """Says why the row cannot be had on this machine; None when it can."""
 
@@ -51,9 +55,13 @@ class Row(NamedTuple):
 _MEAN = "mean of {}, moved to start and end, in their mean time"
 
 
-def _learned(key: str, title: str, kind: Kind, what: str, predictor: str) -> Row:
+_RIDGE = f"ridge {RIDGE_M:g} m, fixed over all folds"
+_KERNELS = "kernels fixed where there are fewer than 12 targets"
+
+
+def _learned(key: str, title: str, kind: Kind, what: str, predictor: str, tuned: str = "") -> Row:
     """Return a row of `armsyn.planning.predictor`."""
-    return Row(key, title, kind, what, partial(learn_predictor, predictor))
+    return Row(key, title, kind, what, partial(learn_predictor, predictor), tuned=tuned)
 
 
 ROWS = (
@@ -135,6 +143,7 @@ ROWS = (
             f"S_D with parameters over the workspace: {how}",
             partial(synergies_by, field=field),
             shared=synergy_fits,
+            tuned=_RIDGE,
         )
         for field, title, how in (
             ("common", "synergy, common", "one set everywhere"),
@@ -151,12 +160,14 @@ ROWS = (
         "latent",
         "whole motions by Gaussian process, then the likeliest deviation to start and target",
         "latent",
+        _KERNELS,
     ),
     Row(
         "latent_chosen",
         "latent, chosen",
         "latent",
-        "latent, its kernels chosen in every fold by leaving out each of the fold's own targets",
+        "latent, its kernels chosen in every fold by leaving out each of the fold's own targets;"
+        f" damping {DAMPING:g} is fixed",
         partial(learn_predictor, "latent", fewest=2),
     ),
     Row(
@@ -165,6 +176,7 @@ ROWS = (
         "joined",
         "synergy map, and what it leaves of people's reaches added in latent space",
         partial(learn_predictor, "joined", ridge=RIDGE_M),
+        tuned=f"{_RIDGE}; {_KERNELS}",
     ),
     Row(
         "own",

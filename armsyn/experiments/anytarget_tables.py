@@ -14,10 +14,12 @@ from armsyn.experiments.anytarget_run import TITLES, Outcome
 from armsyn.experiments.anytarget_scores import MEASURES, score
 from armsyn.experiments.anytarget_verdict import (
     Outcomes,
+    bells_and_ends,
     best_of,
     differences,
     has_one_peak,
     over_floor,
+    said_of_tuned,
     verdict,
 )
 from armsyn.experiments.tables import Column, Table, Value, centimetres
@@ -91,9 +93,15 @@ def rows_table(rows: Sequence[Row], missing: Mapping[str, str]) -> Table:
     -------
     Table
     """
-    columns = (_ROW, Column("kind", "kind"), Column("how", "how it predicts"))
+    columns = (
+        _ROW,
+        Column("kind", "kind"),
+        Column("how", "how it predicts"),
+        Column("tuned", "tuned in view of the judged reaches"),
+    )
     lines: list[tuple[Value, ...]] = [
-        (row.title, _KINDS[row.kind], missing.get(row.key) or row.what) for row in rows
+        (row.title, _KINDS[row.kind], missing.get(row.key) or row.what, row.tuned or None)
+        for row in rows
     ]
     return Table("Rows", columns, lines)
 
@@ -194,7 +202,7 @@ def persons_table(outcomes: Outcomes) -> Table:
     return Table(f"{_title(outcomes)}: held distance of each person", columns, rows)
 
 
-def differences_table(outcomes: Outcomes, seed: int) -> Table:
+def differences_table(outcomes: Outcomes, seed: int, one_peak: float) -> Table:
     """Set the best row against every other one that competes.
 
     Parameters
@@ -202,6 +210,8 @@ def differences_table(outcomes: Outcomes, seed: int) -> Table:
     outcomes : mapping of str to Outcome
     seed : int
         Of the bootstrap.
+    one_peak : float
+        Share of the captured reaches whose hand speeds up once.
 
     Returns
     -------
@@ -222,10 +232,16 @@ def differences_table(outcomes: Outcomes, seed: int) -> Table:
     ]
     note = (
         f"Held distance, paired by target within a person; {LEVEL:.0%} bootstrap intervals, targets"
-        " drawn again within each person. The best row was chosen on the same reaches."
+        " drawn again within each person. The best row was chosen on the same reaches, among those"
+        " without constants tuned in view of them."
     )
     title = f"{_title(outcomes)}: best row ({best.row.title}) against the others"
-    return Table(title, columns, rows, [note, verdict(outcomes, found)])
+    return Table(
+        title,
+        columns,
+        rows,
+        [note, verdict(outcomes, found), *said_of_tuned(outcomes), bells_and_ends(best, one_peak)],
+    )
 
 
 def targets_table(outcomes: Outcomes) -> Table:
