@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from armsyn.planning.tracking_ahead import Following, Foresight, Moment
 from armsyn.planning.tracking_arriving import ARRIVED_M, Measured, distance_from, looked
-from armsyn.planning.tracking_law import POSTURE, VELOCITY
+from armsyn.planning.tracking_begin import STEP_S
+from armsyn.planning.tracking_law import POSTURE, tick
 from armsyn.planning.tracking_plan import TOLERANCE_M, LawPlanner
-from armsyn.planning.tracking_sensing import sense
 from armsyn.planning.tracking_state import Aim, Arrival, State
 
 FloatArray = NDArray[np.float64]
@@ -163,17 +163,20 @@ class ReachTracker:
             return None
         if following is not None:
             share = 0.0 if following.settled else 1.0 / CORRECTION_S
-            sense(
+            distance, fastest = tick(
+                self._foresight.chain,
+                self._foresight.settings,
+                following.law,
+                self._foresight.bounds,
                 self._state.sensed,
-                moving[POSTURE],
-                moving[VELOCITY],
+                moving,
                 state.position,
                 state.fresh,
+                before.t - following.since,
                 span,
+                STEP_S,
                 share,
             )
-            elapsed = before.t - following.since
-            distance, fastest = self._foresight.play(following, self._state, elapsed, span)
             if not following.settled:
                 near = distance <= ARRIVED_M and 0.1 * fastest <= TOLERANCE_M
                 self._look(following, state, t, span if near else -np.inf)

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from armsyn.ik import optimiser_settings
 from armsyn.planning.tracking_begin import STEP_S
-from armsyn.planning.tracking_law import VELOCITY, Law, follow
+from armsyn.planning.tracking_law import OFF, VELOCITY, Law, follow
 from armsyn.planning.tracking_plan import GUARD, LawPlanner
-from armsyn.planning.tracking_sensing import OFF
 from armsyn.planning.tracking_state import Aim, Going, State
 
 FloatArray = NDArray[np.float64]
@@ -100,31 +99,25 @@ class Foresight:
         return Going(following.aim.planned, begin - following.since), state
 
     def _play(self, following: Following | None, state: State, t: float, until: float) -> None:
-        if following is not None and until > t:
-            self.play(following, state, t - following.since, until - t)
-
-    def begun(self, aim: Aim, state: State) -> Law:
-        """Law of an aim as it begins in a state."""
-        law = aim.planned.law
-        return self._planner.maker.begun(law, state) if state.moving[VELOCITY:].any() else law
-
-    def play(
-        self, following: Following, state: State, elapsed: float, span: float
-    ) -> tuple[float, float]:
-        """Follow for `span` s; returns the hand's distance, m, and the fastest joint's, rad/s."""
-        steps = max(1, int(np.ceil(span / STEP_S - 1e-6)))
-        _, distance, _, fastest = follow(
+        if following is None or until <= t:
+            return
+        steps = max(1, int(np.ceil((until - t) / STEP_S - 1e-6)))
+        follow(
             self.chain,
             self.settings,
             following.law,
             self.bounds,
             state.sensed[OFF],
             state.moving,
-            elapsed,
-            span / steps,
+            t - following.since,
+            (until - t) / steps,
             steps,
             -1.0,
             True,
             self._no_path,
         )
-        return distance, fastest
+
+    def begun(self, aim: Aim, state: State) -> Law:
+        """Law of an aim as it begins in a state."""
+        law = aim.planned.law
+        return self._planner.maker.begun(law, state) if state.moving[VELOCITY:].any() else law

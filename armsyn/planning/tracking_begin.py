@@ -15,6 +15,7 @@ from armsyn.planning.tracking_law import (
     FADE,
     GAIN,
     LIMIT_RATE,
+    OFF,
     OFFSET,
     POSTURE,
     RAMP,
@@ -24,7 +25,6 @@ from armsyn.planning.tracking_law import (
     Law,
     controller_velocity,
 )
-from armsyn.planning.tracking_sensing import OFF
 from armsyn.planning.tracking_state import Candidate, State
 from armsyn.synergy.controller import LIMIT_RATE as NEARING_RATE
 from armsyn.synergy.controller import RAMP_S

@@ -21,7 +21,7 @@ from armsyn.kernels.chain import ChainArrays, forward, jacobian
 from armsyn.kernels.compiling import generated_kernel, kernel
 from armsyn.kernels.optimisers import OptimiserSettings, change_of_posture
 from armsyn.kernels.plain import ramp_value, task_error
-from armsyn.kernels.types import FloatArray
+from armsyn.kernels.types import BoolArray, FloatArray
 
 TARGET, CLOCK, RATE, RAMP, LIMIT_RATE, FADE = slice(0, 3), 3, 4, 5, 6, 7
 """Where what stands in `Law.hand`."""
@@ -34,6 +34,20 @@ SPEED, ACCELERATION, JERK = range(3)
 
 POSTURE, VELOCITY, BEND = range(3)
 """Rows of how an arm moves: rad, rad/s, rad/s2."""
+
+OFF, EXPECTED, TRAILED, MOVED = range(4)
+"""Rows of what is sensed: how far the arm stands off its commands, rad; where it is expected to
+be, rad; and, of the line through the origin that tells a joint's lag, the two sums."""
+
+LAGS_S = (0.01, 0.15)
+"""Lags of servos that are believed, s."""
+
+LARGEST_OFF = 0.1
+"""rad that the arm may stand off its commands and be corrected for."""
+
+SLOW = 0.1
+"""rad/s at which a joint tells half as much of what it stands off as one at rest: the faster, the
+more of its error is lag."""
 
 BRAKING = 0.8
 """Share of a joint's acceleration that it keeps for stopping before the end of its range."""
@@ -131,6 +145,59 @@ def stopping_speed(room: float, braking: float, step: float) -> float:
     return math.sqrt(slip * slip + 2.0 * braking * room) - slip
 
 
+@kernel
+def _advance(
+    chain: ChainArrays,
+    optimiser: OptimiserSettings,
+    law: Law,
+    bounds: FloatArray,
+    off: FloatArray,
+    moving: FloatArray,
+    elapsed: float,
+    step: float,
+    steps: int,
+    tolerance: float,
+    guarded: bool,
+    path: FloatArray,
+) -> tuple[int, float, float, float]:
+    """Let an arm follow a law; see `follow`."""
+    n = moving.shape[1]
+    seen, velocity = np.empty(n), np.empty(n)
+    lower, upper = chain.lower, chain.upper
+    distance, excess, fastest, made = math.inf, 0.0, 0.0, 0
+    q, speeds, bends = moving[POSTURE], moving[VELOCITY], moving[BEND]
+    while made < steps:
+        elapsed += step
+        made += 1
+        for i in range(n):
+            seen[i] = q[i] + off[i]
+        t = law.hand[CLOCK] + elapsed
+        distance = controller_velocity(chain, optimiser, law, seen, q, t, velocity)
+        fastest = 0.0
+        for i in range(n):
+            v = velocity[i] + carried_velocity(law, i, elapsed)
+            before = speeds[i]
+            most = bounds[ACCELERATION, i]
+            strain = abs(v - before) / (step * most)
+            excess = max(excess, abs(v) / bounds[SPEED, i], math.sqrt(strain))
+            if guarded:
+                twist = bounds[JERK, i] * step
+                a = min(max((v - before) / step, bends[i] - twist), bends[i] + twist)
+                a = min(max(a, -most), most)
+                v = min(max(before + a * step, -bounds[SPEED, i]), bounds[SPEED, i])
+                v = min(v, stopping_speed(upper[i] - q[i], BRAKING * most, step))
+                v = max(v, -stopping_speed(q[i] - lower[i], BRAKING * most, step))
+            bends[i] = (v - before) / step
+            speeds[i] = v
+            q[i] += v * step
+            fastest = max(fastest, abs(v))
+        if path.shape[0] > 0:
+            path[made - 1] = q
+        if distance <= tolerance and 0.1 * fastest <= tolerance:
+            break
+    return made, distance, excess, fastest
+
+
 @generated_kernel  # gives way to other threads of Python: one plans while another streams
 def follow(
     chain: ChainArrays,
@@ -179,38 +246,95 @@ def follow(
         law would have to be slowed to keep the bounds, at most 1 where it does; and the fastest
         joint's speed, rad/s.
     """
-    n = moving.shape[1]
-    seen, velocity = np.empty(n), np.empty(n)
-    lower, upper = chain.lower, chain.upper
-    distance, excess, fastest, made = math.inf, 0.0, 0.0, 0
-    q, speeds, bends = moving[POSTURE], moving[VELOCITY], moving[BEND]
-    while made < steps:
-        elapsed += step
-        made += 1
-        for i in range(n):
-            seen[i] = q[i] + off[i]
-        t = law.hand[CLOCK] + elapsed
-        distance = controller_velocity(chain, optimiser, law, seen, q, t, velocity)
-        fastest = 0.0
-        for i in range(n):
-            v = velocity[i] + carried_velocity(law, i, elapsed)
-            before = speeds[i]
-            most = bounds[ACCELERATION, i]
-            strain = abs(v - before) / (step * most)
-            excess = max(excess, abs(v) / bounds[SPEED, i], math.sqrt(strain))
-            if guarded:
-                twist = bounds[JERK, i] * step
-                a = min(max((v - before) / step, bends[i] - twist), bends[i] + twist)
-                a = min(max(a, -most), most)
-                v = min(max(before + a * step, -bounds[SPEED, i]), bounds[SPEED, i])
-                v = min(v, stopping_speed(upper[i] - q[i], BRAKING * most, step))
-                v = max(v, -stopping_speed(q[i] - lower[i], BRAKING * most, step))
-            bends[i] = (v - before) / step
-            speeds[i] = v
-            q[i] += v * step
-            fastest = max(fastest, abs(v))
-        if path.shape[0] > 0:
-            path[made - 1] = q
-        if distance <= tolerance and 0.1 * fastest <= tolerance:
-            break
-    return made, distance, excess, fastest
+    return _advance(
+        chain, optimiser, law, bounds, off, moving, elapsed, step, steps, tolerance, guarded, path
+    )
+
+
+@kernel
+def _sense(
+    sensed: FloatArray,
+    posture: FloatArray,
+    velocity: FloatArray,
+    position: FloatArray,
+    fresh: BoolArray,
+    span: float,
+    share: float,
+) -> None:
+    """Learn from what was measured, `span` seconds after the last time.
+
+    A joint is taken to trail its commands by a first-order lag, which the measurements tell as
+    they go: the slope of commanded less measured over the speed expected.
+
+    Parameters
+    ----------
+    sensed : array, shape (4, n)
+        What is known of how measured joints differ from commands; written to.
+    posture, velocity : array, shape (n,)
+        As commanded, rad, rad/s.
+    position : array, shape (n,)
+        Measured last, rad.
+    fresh : array of bool, shape (n,)
+        Which joints were.
+    span : float
+        s.
+    share : float
+        Of what a resting arm stands off, how much to learn a second, 1/s; 0 for nothing.
+    """
+    for i in range(posture.shape[0]):
+        q = posture[i]
+        lag = min(max(sensed[TRAILED, i] / sensed[MOVED, i], LAGS_S[0]), LAGS_S[1])
+        behind = q - sensed[EXPECTED, i]
+        known = fresh[i] and math.isfinite(position[i])
+        if known:
+            speed = behind / lag
+            sensed[TRAILED, i] += span * speed * (q - position[i])
+            sensed[MOVED, i] += span * speed * speed
+        sensed[EXPECTED, i] += behind * (1.0 - math.exp(-span / lag))
+        if known:
+            gap = position[i] - sensed[EXPECTED, i] - sensed[OFF, i]
+            slow = SLOW / (SLOW + abs(velocity[i]))
+            off = sensed[OFF, i] + min(span * share * slow, 1.0) * gap
+            sensed[OFF, i] = min(max(off, -LARGEST_OFF), LARGEST_OFF)
+
+
+@generated_kernel
+def tick(
+    chain: ChainArrays,
+    optimiser: OptimiserSettings,
+    law: Law,
+    bounds: FloatArray,
+    sensed: FloatArray,
+    moving: FloatArray,
+    position: FloatArray,
+    fresh: BoolArray,
+    elapsed: float,
+    span: float,
+    longest: float,
+    share: float,
+) -> tuple[float, float]:
+    """Learn from what was measured, then follow the law for `span` seconds, in one call.
+
+    Each call costs a tick, and gives way to other threads: two are over the goal in a stream.
+
+    Parameters
+    ----------
+    chain, optimiser, law, bounds, moving, elapsed
+        As `follow`; velocities are kept within `bounds`.
+    sensed, position, fresh, span, share
+        As `_sense`.
+    longest : float
+        Longest step, s.
+
+    Returns
+    -------
+    tuple of (float, float)
+        Distance of the hand from its target, m, and the fastest joint's speed, rad/s.
+    """
+    _sense(sensed, moving[POSTURE], moving[VELOCITY], position, fresh, span, share)
+    steps = max(1, math.ceil(span / longest - 1e-6))
+    _, distance, _, fastest = _advance(
+        chain, optimiser, law, bounds, sensed[OFF], moving,
+        elapsed, span / steps, steps, -1.0, True, np.empty((0, moving.shape[1])),
+    )  # fmt: skip
+    return distance, fastest

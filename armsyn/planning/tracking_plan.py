@@ -21,8 +21,7 @@ from armsyn.ik import optimiser_settings
 from armsyn.planning.checking import checked_target, out_of_reach, where
 from armsyn.planning.tracking_begin import STEP_S, LawMaker
 from armsyn.planning.tracking_candidates import candidates
-from armsyn.planning.tracking_law import POSTURE, RATE, VELOCITY, Law, follow
-from armsyn.planning.tracking_sensing import OFF, sense
+from armsyn.planning.tracking_law import OFF, POSTURE, RATE, VELOCITY, Law, follow, tick
 from armsyn.planning.tracking_state import Candidate, Going, PlannedLaw, State
 from armsyn.safety import check_collision
 from armsyn.synergy import SynergyLibrary
@@ -94,8 +93,14 @@ class LawPlanner:
             self.plan(state, hand)
         out_of_reach(self.arm, rest, hand)
         known = np.zeros(rest.size, dtype=np.bool_)
-        posture, velocity = state.moving[POSTURE], state.moving[VELOCITY]
-        sense(state.sensed, posture, velocity, rest, known, STEP_S, 0.0)
+        law = Law(np.ones(8), np.zeros((5, rest.size)))
+        chain, settings, bounds = (
+            self.arm.chain.arrays,
+            optimiser_settings(self.ik),
+            self.bounds(1.0),
+        )
+        sensed, moving = state.sensed, state.moving
+        tick(chain, settings, law, bounds, sensed, moving, rest, known, 0.0, STEP_S, STEP_S, 0.0)
 
     def bounds(self, share: float) -> FloatArray:
         """A share of the arm's speeds and accelerations, and its jerks, shape (3, n)."""

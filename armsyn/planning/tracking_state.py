@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.kernels.rollout import Synergies
-from armsyn.planning.tracking_law import POSTURE, Law
-from armsyn.planning.tracking_sensing import EXPECTED, MOVED, OFF, TRAILED
+from armsyn.planning.tracking_law import EXPECTED, MOVED, OFF, POSTURE, TRAILED, Law
 
 FloatArray = NDArray[np.float64]
 
@@ -29,7 +28,7 @@ class State(NamedTuple):
     moving : array, shape (3, n)
         Posture, rad, velocity, rad/s, and acceleration, rad/s2, as commanded.
     sensed : array, shape (4, n)
-        What `armsyn.planning.tracking_sensing.sense` knows of how measured joints differ from that.
+        What `armsyn.planning.tracking_law.tick` knows of how measured joints differ from that.
     """
 
     moving: FloatArray
