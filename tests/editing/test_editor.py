@@ -21,7 +21,13 @@ from armsyn.editing import (
 )
 from armsyn.editing.pattern.timing import phases
 from armsyn.editing.result import EditResult
-from armsyn.errors import ConstraintError, InputError, OutsidePatternError, PatternError
+from armsyn.errors import (
+    ConstraintError,
+    InputError,
+    OutsidePatternError,
+    PatternError,
+    UnreachableError,
+)
 from armsyn.kinematics.rotation import from_expmap
 from armsyn.motion.body import BodyMotion
 from armsyn.motion.motion import Motion
@@ -249,7 +255,9 @@ def test_pins_that_take_all_freedom_leave_the_clip(
 ) -> None:
     ankle = Effector("JtAnkleLf")
     ways = [Pin(WRIST), Pin(ankle), KeyFrame(WRIST, -1, by=(0, 0.05, 0), level=2)]
-    result = edit_motion(reaches[3], reach_model, ways)
+    with pytest.raises(UnreachableError, match="nothing changed"):
+        edit_motion(reaches[3], reach_model, ways)
+    result = edit_motion(reaches[3], reach_model, ways, force=True)
     assert result.level_errors[1] < 1e-6
     assert result.level_errors[2] == pytest.approx(0.05, abs=1e-6)
 
