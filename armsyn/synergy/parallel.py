@@ -9,8 +9,9 @@ from typing import TypeVar
 import numba
 from joblib import Parallel, delayed
 from joblib.externals.loky import get_reusable_executor
+from joblib.externals.loky.process_executor import BrokenProcessPool
 
-from armsyn.errors import InputError
+from armsyn.errors import ArmFaultError, InputError
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -60,6 +61,11 @@ def each(
     Yields
     ------
     tuple of (int, result)
+
+    Raises
+    ------
+    ArmFaultError
+        When a process dies over a job.
     """
     if workers == 1 or len(jobs) < 2:
         with _threads(workers):
@@ -69,6 +75,11 @@ def each(
     parallel = Parallel(n_jobs=min(workers, len(jobs)), return_as="generator_unordered")
     try:
         yield from parallel(delayed(_numbered)(work, n, job) for n, job in enumerate(jobs))
+    except BrokenProcessPool as error:
+        raise ArmFaultError(
+            "a worker process died: killed by someone, or by the system for want of memory: try"
+            " fewer --workers"
+        ) from error
     finally:
         # joblib keeps its processes for the next call; who calls this may be done
         get_reusable_executor().shutdown(wait=True, kill_workers=True)

@@ -6,14 +6,17 @@ import csv
 import dataclasses
 import errno
 import json
+import os
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from armsyn.arm import load_arm
-from armsyn.errors import InputError, StopRequestedError
+from armsyn.errors import ArmFaultError, InputError, StopRequestedError
 from armsyn.motion import Motion
 from armsyn.motion.formats import files as motion_files
 from armsyn.planning.generation import chunks, files
@@ -23,6 +26,9 @@ from armsyn.planning.generation.running import digest_of, generate
 from armsyn.planning.generation.targets import ListedTargets, RandomTargets
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor
 from armsyn.safety import check_trajectory
+from armsyn.synergy.parallel import each
+
+FloatArray = NDArray[np.float64]
 
 INPUTS = {"what": "a test"}
 SIZE = 130
@@ -162,6 +168,42 @@ def test_an_interruption_keeps_what_is_finished(
         on_progress=lambda _name, done, total, _said: progress.append((done, total)),
     )
     assert progress == [(3, 5), (4, 5), (5, 5)]
+    assert content(folder) == content(made)
+
+
+@dataclasses.dataclass(frozen=True)
+class DeadlyTargets(ListedTargets):
+    """Targets that kill a process, but the tests' own, which asks for those of the third chunk."""
+
+    own: int = dataclasses.field(default_factory=os.getpid)
+
+    def some(self, first: int, last: int) -> tuple[FloatArray, FloatArray | None]:
+        """See `Targets.some`."""
+        if first == 60 and os.getpid() != self.own:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().some(first, last)
+
+
+@pytest.fixture(scope="module")
+def spread() -> None:
+    """What joblib starts once a process and keeps, the trackers of its resources, is there."""
+    assert sorted(each(abs, [-1, -2], 2)) == [(0, 1), (1, 2)]
+
+
+@pytest.mark.usefixtures("spread")
+def test_a_killed_worker_leaves_a_manifest_and_what_it_had_not_made_can_follow(
+    made: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "out"
+    listed = recipe().targets
+    assert isinstance(listed, ListedTargets)
+    deadly = order(folder, targets=DeadlyTargets(listed.targets))
+    report = generate(deadly, INPUTS, workers=2)
+    assert isinstance(report.error, ArmFaultError)
+    assert "a worker process died" in str(report.error)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert manifest["complete"] is False
+    assert generate(order(folder), INPUTS, workers=1, resume=True).complete
     assert content(folder) == content(made)
 
 

@@ -1,0 +1,30 @@
+"""Work spread over processes, one of which may die."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import pytest
+
+from armsyn.errors import ArmFaultError
+from armsyn.synergy.parallel import each
+
+
+def halved(job: int) -> int:
+    if job == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return job // 2
+
+
+@pytest.fixture(scope="module")
+def spread() -> None:
+    """What joblib starts once a process and keeps, the trackers of its resources, is there."""
+    assert sorted(each(abs, [-1, -2], 2)) == [(0, 1), (1, 2)]
+
+
+@pytest.mark.usefixtures("spread")
+def test_a_process_that_is_killed_is_told_as_a_fault_and_spoils_no_later_work() -> None:
+    with pytest.raises(ArmFaultError, match="a worker process died"):
+        list(each(halved, [8, 2, 6, 4], 2))
+    assert dict(each(halved, [8, 4], 2)) == {0: 4, 1: 2}
