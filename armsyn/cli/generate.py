@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from armsyn.cli.choices import PLANS
+from armsyn.cli.choices import PLANS, FiniteRange
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 @click.option("--format", "kind", default="npz", show_default=True, help="See above.")
 @click.option(
     "--rate",
-    type=click.FloatRange(10.0, 1000.0),
+    type=FiniteRange(10.0, 1000.0),
     default=200.0,
     show_default=True,
     metavar="HZ",
@@ -77,9 +77,9 @@ def generate(**options: Any) -> None:
 
     Formats: npz and csv (many reaches a file), parquet and mcap (likewise, an episode a reach), bvh
     (a file a reach: the arm as a skeleton), lerobot (one dataset; its action is the posture of the
-    plan's next frame, of the last its own, as a loop by position sends it). The same seed and inputs give
-    the same bytes, whatever the number of workers. Ctrl-C, a full disk and even a kill keep every
-    finished chunk; the same command with --resume goes on from there.
+    plan's next frame, of the last its own, as a loop by position sends it). The same seed and
+    inputs give the same bytes, whatever the number of workers. Ctrl-C, a full disk and even a kill
+    keep every finished chunk; the same command with --resume goes on from there.
 
     With --cluster, workers of dask.distributed (pip install 'armsyn[cluster]') make the chunks:
     they must see --out by the same path.

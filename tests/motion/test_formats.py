@@ -162,6 +162,8 @@ def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:
     written = r"use one of \.csv, \.lerobot, \.mcap, \.npz, \.parquet, \.trc"
     with pytest.raises(FormatError, match=rf"no motion format has the suffix ''.*{written}"):
         write_motion(tmp_path / "motion", small_motion())
+    with pytest.raises(FormatError, match=rf"{written}, or, of a skeleton or an arm, \.bvh"):
+        write_motion(tmp_path / "motion.xyz", small_motion())
     with pytest.raises(FormatError, match=rf"no landmarks or angles.*{written}"):
         write_motion(tmp_path / "motion.bvh", small_motion())
 

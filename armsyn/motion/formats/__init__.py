@@ -259,7 +259,11 @@ def write_motion(path: Path | str, motion: Motion) -> None:
         why = "no landmarks or angles are written as this"
         if suffix not in FORMATS:
             why = f"no motion format has the suffix '{path.suffix}'"
-        raise FormatError(f"{path}: {why}: use one of {', '.join(sorted(written))}")
+        bodies = sorted(end for end, kind in FORMATS.items() if kind.write_body and not kind.write)
+        raise FormatError(
+            f"{path}: {why}: use one of {', '.join(sorted(written))}, or, of a skeleton or an arm,"
+            f" {', '.join(bodies)}"
+        )
     written[suffix](path, motion)
 
 
@@ -288,7 +292,8 @@ def write_episodes(path: Path | str, episodes: Episodes, **options: Any) -> None
         write = EXPORTS[Path(path).suffix.lower()]
     except KeyError:
         raise FormatError(
-            f"{path}: not a file of several motions: use one of {', '.join(EXPORTS)}"
+            f"{path}: not a file of several motions: use one of {', '.join(EXPORTS)}, or .bvh for"
+            " each alone"
         ) from None
     write(Path(path), episodes, **options)
 

@@ -4,12 +4,15 @@ Three topics, whose message definitions stand in the file:
 
 - ``/joint_trajectory`` (trajectory_msgs/msg/JointTrajectory): what the arm was told (see
   `armsyn.motion.formats.episodes.KINDS`), one message an episode, stamped with its first frame.
-  Points hold positions and ``time_from_start`` only: derived velocities were never commanded, and
-  ros2_controllers refuses a trajectory whose last ones are not zero. None for an arm that was only
+  Points hold positions and ``time_from_start``, those of a plan velocities, too: central
+  differences, and 0 at both ends, where a plan is at rest (joint_trajectory_controller refuses a
+  trajectory whose last velocity is not 0, and interpolates linearly without any). Of recordings and
+  other motions none: derived velocities were never commanded. None at all for an arm that was only
   observed.
 - ``/joint_states`` (sensor_msgs/msg/JointState): one message a frame; of a recording the measured
-  angles and, where all are known, velocities; of a plan its angles. ``effort`` is empty: a servo's
-  current is no torque.
+  angles and, where all are known, velocities; of a plan its angles, and the ``frame_id`` of the
+  header is "planned, not measured", empty otherwise. ``effort`` is empty: a servo's current is no
+  torque.
 - ``/episode`` (std_msgs/msg/String): one message an episode before its first frame: a JSON object
   with its number, ``kind`` (planned, recorded, observed, motion), ``source`` and other facts, such
   as the port that a recording came from.
@@ -33,6 +36,7 @@ from numpy.typing import NDArray
 from armsyn.errors import FormatError
 from armsyn.motion.formats.episodes import Episode, Episodes, episodes_of
 from armsyn.motion.formats.files import folder_beside
+from armsyn.motion.motion import FloatArray
 
 TRAJECTORY, STATES, EPISODE = "/joint_trajectory", "/joint_states", "/episode"
 BETWEEN_S = 1
@@ -46,6 +50,8 @@ _TYPES = {
 }
 _NANO = 1_000_000_000
 _NOTHING = np.empty(0)
+PLANNED_FRAME = "planned, not measured"
+"""Header's frame of a plan's states: joints have none, and the topic alone would say measured."""
 _STAMP = slice(4, 12)
 """Of a message with a header: seconds and nanoseconds, after four bytes that say the encoding."""
 
@@ -128,8 +134,10 @@ class _Topics:
         point = types["trajectory_msgs/msg/JointTrajectoryPoint"]
         duration = types["builtin_interfaces/msg/Duration"]
         points = [
-            point(row, _NOTHING, _NOTHING, _NOTHING, duration(*divmod(passed, _NANO)))
-            for row, passed in zip(episode.action, since.tolist(), strict=True)
+            point(row, speed, _NOTHING, _NOTHING, duration(*divmod(passed, _NANO)))
+            for row, speed, passed in zip(
+                episode.action, _velocities(episode), since.tolist(), strict=True
+            )
         ]
         names = list(episode.motion.joint_names)
         return self._serialised(TRAJECTORY, self._start, joint_names=names, points=points)
@@ -149,6 +157,7 @@ class _Topics:
             self._serialised(
                 STATES,
                 0,
+                PLANNED_FRAME if episode.kind == "planned" else "",
                 name=names,
                 position=np.full(state.shape[1], one),
                 velocity=np.full(speed.shape[1], one),
@@ -164,12 +173,26 @@ class _Topics:
         message[:, _STAMP] = stamps.view(np.uint8)
         return (row.tobytes() for row in message)
 
-    def _serialised(self, topic: str, nanoseconds: int | None = None, **fields: Any) -> bytes:
+    def _serialised(
+        self, topic: str, nanoseconds: int | None = None, frame: str = "", **fields: Any
+    ) -> bytes:
         types, kind = self._store.types, _TYPES[topic]
         if nanoseconds is not None:
             time = types["builtin_interfaces/msg/Time"](*divmod(nanoseconds, _NANO))
-            fields["header"] = types["std_msgs/msg/Header"](stamp=time, frame_id="")
+            fields["header"] = types["std_msgs/msg/Header"](stamp=time, frame_id=frame)
         return bytes(self._store.serialize_cdr(types[kind](**fields), kind))
 
     def _say(self, topic: str, nanoseconds: int, raw: bytes) -> None:
         self._bag.write(self._connections[topic], nanoseconds, raw)
+
+
+def _velocities(episode: Episode) -> FloatArray:
+    """Of every point, shape (frames, joints), rad/s; of what was not planned (frames, 0)."""
+    time = episode.motion.time
+    if episode.kind != "planned":
+        return np.empty((time.size, 0))
+    found = np.zeros_like(episode.action)
+    if time.size > 2:
+        if time.size > 2:
+        found[1:-1] = np.gradient(episode.action, time, axis=0)[1:-1]
+    return found

@@ -46,6 +46,8 @@ def test_a_recording_tells_what_was_commanded_from_what_was_measured(tmp_path: P
     assert trajectory.joint_names == list(JOINTS)
     points = trajectory.points
     np.testing.assert_array_equal([point.positions for point in points], episode.commanded)
+    assert all(len(point.velocities) == 0 for point in points)
+    assert {state.header.frame_id for state in states} == {""}
     since = [point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec for point in points]
     np.testing.assert_allclose(since, episode.motion.time, atol=1e-9)
     ((_, said),) = found["/episode"]
@@ -63,6 +65,19 @@ def test_a_plan_says_that_it_is_one(tmp_path: Path) -> None:
     assert (facts["kind"], facts["task"], facts["seed"]) == ("planned", "reach target 0", "7")
     assert len(found["/joint_trajectory"]) == 1
     assert all(len(message.velocity) == 0 for _, message in found["/joint_states"])
+    frames = {message.header.frame_id for _, message in found["/joint_states"]}
+    assert frames == {"planned, not measured"}
+
+
+def test_the_points_of_a_plan_have_velocities_and_end_at_rest(tmp_path: Path) -> None:
+    """Of a parabola central differences are exact, also at uneven times."""
+    time = np.array([0.0, 0.1, 0.25, 0.3, 0.5, 0.6])
+    parabola = Motion(time, ("a",), (3 * time**2 - time)[:, None])
+    write_episodes(tmp_path / "a.mcap", Episode(parabola, "planned"))
+    ((_, trajectory),) = messages(tmp_path / "a.mcap")["/joint_trajectory"]
+    speeds = [point.velocities[0] for point in trajectory.points]
+    np.testing.assert_allclose(speeds[1:-1], 6 * time[1:-1] - 1, rtol=1e-12)
+    assert (speeds[0], speeds[-1]) == (0.0, 0.0)
 
 
 def test_an_arm_that_was_only_observed_has_no_trajectory(tmp_path: Path) -> None:
