@@ -1,16 +1,24 @@
-"""Whether a hand goes its way in one bell, as people's do: the peaks of its speed."""
+"""Whether a hand goes its way in one bell, as people's do: the peaks of its speed.
+
+They are those of `armsyn.scoring`, of the whole reach: the hand's speed through the project's
+filter (`armsyn.motion.filtering.hand_speed`), from rest to rest. A dip below what counts as the
+movement's onset does not end it here, for a second bell behind it is one.
+"""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.errors import RefusedMotionError
-from armsyn.motion.filtering import CUTOFF
-from armsyn.motion.peaks import count_peaks
-from armsyn.scoring import movement
+from armsyn.motion.filtering import CUTOFF, LOWEST_RATE, REST
+from armsyn.motion.peaks import PEAK_RISE, PEAK_SPACING
+from armsyn.planning.generation import hands
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 class UnevenError(RefusedMotionError):
@@ -32,18 +40,13 @@ class UnevenError(RefusedMotionError):
 def uneven_speed(hand: FloatArray, rate_hz: float) -> UnevenError | None:
     """Return the refusal of a motion whose hand speeds up more than once; None for a bell.
 
-    Peaks are those of `armsyn.scoring`: of the speed as it is, or else filtered as there.
-
     Parameters
     ----------
     hand : array, shape (frames, 3)
-        m, at `rate_hz`.
+        m, at `rate_hz`; at rest before and after.
     rate_hz : float
     """
-    speed = np.linalg.norm(np.diff(hand, axis=0), axis=1) * rate_hz
-    peaks = count_peaks(speed, rate_hz) if speed.size else 0
-    if peaks > 1 and rate_hz > 2.0 * CUTOFF:  # what is sampled slower cannot be filtered
-        peaks = count_peaks(*_movement(hand, rate_hz))
+    peaks = int(peaks_of(hand, np.array([0, len(hand)]), rate_hz)[0])
     if peaks <= 1:
         return None
     return UnevenError(
@@ -51,7 +54,33 @@ def uneven_speed(hand: FloatArray, rate_hz: float) -> UnevenError | None:
     )
 
 
-def _movement(hand: FloatArray, rate_hz: float) -> tuple[FloatArray, float]:
-    """The hand's speed from onset to offset, m/s, and its rate, as it is measured of any motion."""
-    moved = movement(np.arange(len(hand)) / rate_hz, hand)
-    return moved.speed, moved.rate
+def peaks_of(paths: FloatArray, first: IntArray, rate_hz: float) -> IntArray:
+    """Count the peaks of many hands' speeds.
+
+    Parameters
+    ----------
+    paths : array, shape (all frames, 3)
+        m, one reach after another, each at rest before and after.
+    first : array of int, shape (M + 1,)
+        Where each begins; the last is where all end.
+    rate_hz : float
+
+    Returns
+    -------
+    array of int, shape (M,)
+    """
+    counts = np.empty(len(first) - 1, dtype=np.int64)
+    rate = max(rate_hz, LOWEST_RATE)
+    k = math.tan(math.pi * CUTOFF / rate)  # as `armsyn.motion.filtering` has the biquad
+    scale = 1.0 / (1.0 + math.sqrt(2.0) * k + k * k)
+    measure = hands.Measure(
+        gain=k * k * scale,
+        last=2.0 * (k * k - 1.0) * scale,
+        before=(1.0 - math.sqrt(2.0) * k + k * k) * scale,
+        rate=float(rate),
+        rest=round(REST * rate),
+        rise=PEAK_RISE,
+        spacing=PEAK_SPACING * rate,
+    )
+    hands.count_each(np.ascontiguousarray(paths), first, float(rate_hz), measure, counts)
+    return counts

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,86 +49,89 @@ def count_peaks(speed: FloatArray, rise: float, spacing: float) -> int:
     return count
 
 
+class Measure(NamedTuple):
+    """How a hand's speed is measured and its peaks are counted.
+
+    Attributes
+    ----------
+    gain, last, before : float
+        b0, a1 and a2 of the low-pass, which is passed forwards and backwards.
+    rate : float
+        Hz that hands are measured at.
+    rest : int
+        Samples that they rest before and after.
+    rise : float
+        m/s; see `count_peaks`.
+    spacing : float
+        Samples.
+    """
+
+    gain: float
+    last: float
+    before: float
+    rate: float
+    rest: int
+    rise: float
+    spacing: float
+
+
+@kernel
+def fill_velocity(path: FloatArray, rate: float, measure: Measure, velocity: FloatArray) -> None:
+    """Fill central differences, shape (samples, 3), of a hand's path at `rate`, between rests."""
+    last = path.shape[0] - 1
+    stretch = rate / measure.rate
+    for i in range(velocity.shape[0]):
+        for k in range(3):
+            velocity[i, k] = 0.0
+        for side in range(-1, 2, 2):
+            place = min(max((i + side - measure.rest) * stretch, 0.0), float(last))
+            row = min(int(place), max(last - 1, 0))
+            share = place - row
+            for k in range(3):
+                here = path[row, k]
+                if share > 0.0:
+                    here += share * (path[row + 1, k] - here)
+                velocity[i, k] += 0.5 * side * measure.rate * here
+
+
+@kernel
+def low_pass(values: FloatArray, measure: Measure) -> None:
+    """Pass values, shape (samples, 3), which are nought before and after, through the filter."""
+    size = values.shape[0]
+    b0, a1, a2 = measure.gain, measure.last, measure.before
+    for way in range(2):
+        state = np.zeros((2, 3))
+        for step in range(size):
+            i = step if way == 0 else size - 1 - step
+            for k in range(3):
+                x = values[i, k]
+                y = b0 * x + state[0, k]
+                state[0, k] = 2.0 * b0 * x - a1 * y + state[1, k]
+                state[1, k] = b0 * x - a2 * y
+                values[i, k] = y
+
+
 @kernel
 def count_each(
-    hands: FloatArray, first: IntArray, rate: float, rise: float, spacing: float, counts: IntArray
+    hands: FloatArray, first: IntArray, rate: float, measure: Measure, counts: IntArray
 ) -> None:
-    """Fill how many peaks the speeds of hands, shape (all frames, 3), have, shape (M,)."""
-    longest = 1
-    for m in range(counts.shape[0]):
-        longest = max(longest, first[m + 1] - first[m])
-    speed = np.empty(longest)
+    """Fill how many peaks the filtered speeds of hands, shape (all frames, 3), have, shape (M,)."""
     for m in range(counts.shape[0]):
         path = hands[first[m] : first[m + 1]]
-        steps = max(path.shape[0] - 1, 0)
-        for frame in range(steps):
+        counts[m] = 0
+        if path.shape[0] < 2:
+            continue
+        steps = int((path.shape[0] - 1) * measure.rate / rate + 1e-3)
+        velocity = np.empty((steps + 1 + 2 * measure.rest, 3))
+        fill_velocity(path, rate, measure, velocity)
+        low_pass(velocity, measure)
+        speed = np.empty(velocity.shape[0])
+        for i in range(speed.shape[0]):
             square = 0.0
             for k in range(3):
-                moved = path[frame + 1, k] - path[frame, k]
-                square += moved * moved
-            speed[frame] = math.sqrt(square) * rate
-        counts[m] = count_peaks(speed[:steps], rise, spacing) if steps else 0
-
-
-@kernel
-def edge_of(speed: FloatArray, peak: int, step: int, cut: float, slip: float, rest: int) -> int:
-    """Walk from the peak until the speed stays below a cut: half of `onset_and_offset`.
-
-    `step` is 1 or -1. A dip shorter than `rest` samples does not end the movement, if the speed
-    rises to `slip` again beyond it.
-    """
-    size = speed.shape[0]
-    at = peak
-    while 0 <= at + step < size and speed[at + step] >= cut:
-        at += step
-    found = at
-    while True:
-        begin = at + step
-        while 0 <= begin < size and speed[begin] < cut:
-            begin += step
-        if not 0 <= begin < size or abs(begin - at) - 1 >= rest:
-            return found
-        at, highest = begin, speed[begin]
-        while 0 <= at + step < size and speed[at + step] >= cut:
-            at += step
-            highest = max(highest, speed[at])
-        if highest >= slip:
-            found = at
-
-
-@kernel
-def count_movements(
-    speeds: FloatArray,
-    lengths: IntArray,
-    fraction: float,
-    slip: float,
-    rest: int,
-    rise: float,
-    spacing: float,
-    counts: IntArray,
-) -> None:
-    """Fill how many peaks speeds, shape (M, samples), have from onset to offset, shape (M,).
-
-    Parameters
-    ----------
-    lengths : array of int, shape (M,)
-        Samples of each profile.
-    fraction, slip : float
-        Of the highest speed, as `armsyn.motion.segmentation.onset_and_offset` has them.
-    rest : int
-        Samples that the speed stays below the fraction where a movement ends.
-    rise, spacing : float
-        m/s and samples; see `count_peaks`.
-    """
-    for m in range(counts.shape[0]):
-        speed = speeds[m, : lengths[m]]
-        peak = 0
-        for frame in range(speed.shape[0]):
-            peak = frame if speed[frame] > speed[peak] else peak
-        cut, least = fraction * speed[peak], slip * speed[peak]
-        onset = edge_of(speed, peak, -1, cut, least, rest)
-        offset = edge_of(speed, peak, 1, cut, least, rest)
-        counts[m] = count_peaks(speed[onset : offset + 1], rise, spacing)
+                square += velocity[i, k] * velocity[i, k]
+            speed[i] = math.sqrt(square)
+        counts[m] = count_peaks(speed, measure.rise, measure.spacing)
 
 
 @kernel
