@@ -193,6 +193,5 @@ def _velocities(episode: Episode) -> FloatArray:
         return np.empty((time.size, 0))
     found = np.zeros_like(episode.action)
     if time.size > 2:
-        if time.size > 2:
         found[1:-1] = np.gradient(episode.action, time, axis=0)[1:-1]
     return found
