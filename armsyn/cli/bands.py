@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from armsyn.cli.choices import FiniteRange
 from armsyn.cli.measuring import measuring_options
 from armsyn.cli.motion_sources import load_motions
 
@@ -24,7 +25,7 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
 @measuring_options
 @click.option(
     "--rate",
-    type=click.FloatRange(min=20, max=2000),
+    type=FiniteRange(min=20, max=2000),
     default=100.0,
     show_default=True,
     help="Hz at which all are measured.",

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from armsyn.cli.choices import FiniteRange
+
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
     from armsyn.editing import (
@@ -46,7 +48,7 @@ _TRIPLE = (float, float, float)
 @click.option("--level", type=click.IntRange(min=1), help="Its priority  [default: 1]")
 @click.option(
     "--slower",
-    type=click.FloatRange(min=1.0, max=100.0),
+    type=FiniteRange(min=1.0, max=100.0),
     metavar="FACTOR",
     help="An arm's clip takes FACTOR times its time, before it is edited.",
 )

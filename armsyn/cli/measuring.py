@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from armsyn.cli.choices import FiniteRange
+
 
 class _Cutoff(click.ParamType[float | None]):
     name = "hz|none"
@@ -38,7 +40,7 @@ def measuring_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add ``--cutoff`` and ``--cut``, as `cutoff` (Hz or None) and `cut` (a fraction)."""
     cut = click.option(
         "--cut",
-        type=click.FloatRange(min=0, max=1, max_open=True),
+        type=FiniteRange(min=0, max=1, max_open=True),
         default=0.05,
         show_default=True,
         help="Share of the peak speed at which a movement begins and ends.",

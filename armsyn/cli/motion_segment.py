@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from armsyn.cli.choices import FiniteRange
 from armsyn.cli.measuring import cutoff_option
 from armsyn.cli.motion_options import reading_options
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 @click.argument("source", metavar="FILE|SET")
 @click.option(
     "--threshold",
-    type=click.FloatRange(0, 1, max_open=True),
+    type=FiniteRange(0, 1, max_open=True),
     default=0.05,
     show_default=True,
     help="Share of a movement's peak speed at which it begins and ends.",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from armsyn.cli.arm_options import Connection, arm_options, connected
+from armsyn.cli.choices import FiniteRange
 from armsyn.cli.prompts import person
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ yes_option = click.option("--yes", is_flag=True, help="Do it without asking.")
 rate_option = click.option(
     "--rate",
     "rate_hz",
-    type=click.FloatRange(10.0, 2000.0),
+    type=FiniteRange(10.0, 2000.0),
     default=100.0,
     show_default=True,
     help="Commands a second.",

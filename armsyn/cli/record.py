@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from armsyn.cli.arm_options import arm_options, connected
+from armsyn.cli.choices import FiniteRange
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,7 +35,7 @@ NOBODY_MOVES = (
 @click.option(
     "--rate",
     "rate_hz",
-    type=click.FloatRange(1.0, 1000.0),
+    type=FiniteRange(1.0, 1000.0),
     default=100.0,
     show_default=True,
     help="Looks a second.",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from armsyn.cli.arm_options import arm_of, arm_options, connected
+from armsyn.cli.choices import FiniteRange
 from armsyn.cli.operating import consent_option, own_process_option
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 @click.option(
     "--rate",
     "rate_hz",
-    type=click.FloatRange(10.0, 2000.0),
+    type=FiniteRange(10.0, 2000.0),
     default=200.0,
     show_default=True,
     help="Commands a second.",

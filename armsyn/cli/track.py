@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from armsyn.cli.arm_options import DEFAULT_ARM, connected, which_arm_options
-from armsyn.cli.choices import IKS, MODELS
+from armsyn.cli.choices import IKS, MODELS, FiniteRange
 from armsyn.cli.operating import consent_option
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ RECORDED_S, _UNRECORDED_S = 3600.0, 10.0
 @click.option(
     "--rate",
     "rate_hz",
-    type=click.FloatRange(10.0, 2000.0),
+    type=FiniteRange(10.0, 2000.0),
     default=200.0,
     show_default=True,
     help="Commands a second.",
@@ -57,7 +57,7 @@ RECORDED_S, _UNRECORDED_S = 3600.0, 10.0
 )
 @click.option(
     "--longest",
-    type=click.FloatRange(1.0, LONGEST_S),
+    type=FiniteRange(1.0, LONGEST_S),
     metavar="S",
     help="Come to rest after so many seconds, whatever is still to come.  [default: never]",
 )

@@ -140,6 +140,7 @@ def test_what_is_stopped_in_any_way_goes_on_where_it_was(
         (("--random", 5), "give --box"),
         (("--random", 5, "--grid", "0", "0", "0"), "give one of"),
         ((), "give one of"),
+        (("--random", 5, *BOX, "--rate", "nan"), "not a finite number"),
         (("--grid", "0:1", "0", "0"), "no FIRST:LAST:COUNT"),
         (("--random", 5, "--box", "1:0", "0:1", "0:1"), "no FIRST:LAST"),
         (("--grid", "0.3", "0", "0", "--box", "0:1", "0:1", "0:1"), "--box goes with --random"),
@@ -209,9 +210,8 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]
     worker = ("--no-nanny", "--nthreads", "1", "--local-directory", scratch, "--preload", str(slow))
     workers = [start("dask_worker", address, *local, *worker) for _ in range(2)]
     yield address, workers
-    for process in (*workers, scheduler):
-        process.terminate()
-    for process in (*workers, scheduler):
+    for process in (*workers, scheduler):  # killed, for they wait long for one another else
+        process.kill()
         process.wait(timeout=PATIENCE)
     log.close()
 
