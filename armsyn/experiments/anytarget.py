@@ -16,6 +16,7 @@ import numpy as np
 
 from armsyn.experiments.anytarget_bootstrap import RESAMPLES
 from armsyn.experiments.anytarget_controls import controls_table
+from armsyn.experiments.anytarget_driven import driven_table
 from armsyn.experiments.anytarget_people import (
     People,
     Protocol,
@@ -41,6 +42,7 @@ from armsyn.experiments.anytarget_verdict import best_of
 from armsyn.experiments.learned import Progress
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import Report, Table
+from armsyn.planning.planner import DEFAULT_PLAN
 
 FEW_REPEATS, FEW_GARZA = 3, 10
 """Reaches to each target, and of garza, on a small budget."""
@@ -56,6 +58,8 @@ _HOW = (
     " the figures of the other rows: of latent motions, of `latent, chosen`, whose kernels are"
     " chosen in every fold from the fold's own targets. Its damping of 1 and its bounds are fixed"
     " over all folds, not chosen in them; so is the ridge of synergies and joined."
+    " Rows are scored as predicted; what an arm would get of it, evened or bent by the planner, is"
+    " the table `as driven`."
 )
 
 
@@ -98,6 +102,11 @@ def run(
     tables = [_summaries(outcomes, settings.seed) for outcomes in found]
     best = best_of(found[0])
     tables[0].append(controls_table(best, settings.seed, settings.workers, on_progress))
+    for part, outcomes in zip(tables, found, strict=True):
+        arm = next(iter(outcomes.values())).people.arm
+        if arm is not None:
+            driven = outcomes.get(DEFAULT_PLAN) or best_of(outcomes)
+            part.append(driven_table(driven, arm, settings.workers, on_progress))
     return Report(
         "anytarget",
         "Reaches to targets that nobody captured",

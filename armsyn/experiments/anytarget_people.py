@@ -40,6 +40,8 @@ class People:
         Which of the chain's positions the landmarks are, the hand (-1) last.
     teachers : Examples or None
         Other persons' reaches on the same chain, to learn from where persons are left out.
+    arm : str or None
+        Name of the arm whose chain it is, where what it would drive is to be scored.
     """
 
     title: str
@@ -47,6 +49,7 @@ class People:
     captured: tuple[Motion, ...]
     rows: tuple[int, ...]
     teachers: Examples | None = None
+    arm: str | None = None
 
     @cached_property
     def subjects(self) -> list[str]:
@@ -198,7 +201,7 @@ def load_garza(at_most: int | None = None) -> People:
     CaptureError, FormatError, DescriptionError
         Captures that are not there, or a damaged capture or description.
     """
-    return _on_arm("human7", at_most)
+    return dataclasses.replace(_on_arm("human7", at_most), arm="human7")
 
 
 def _on_arm(name: str, at_most: int | None) -> People:
