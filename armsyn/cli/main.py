@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import importlib
 import re
-import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import click
 
 import armsyn
+from armsyn.cli.interrupts import LostInterrupts, interruptible
 from armsyn.cli.json_errors import DocumentedError, document_of
 from armsyn.errors import ArmsynError, meant
 
@@ -24,7 +22,7 @@ COMMANDS = {
     "edit": "Learn the pattern of motions, and bend one to constraints without leaving it.",
     "experiment": "Repeat a figure or case of the papers on captured motions.",
     "find-port": "Find the serial port that an arm is plugged into.",
-    "generate": "Make reaches by the thousand, each checked, in files for other tools.",
+    "generate": "Make reaches by the thousand, each checked as one that is driven.",
     "grip": "Open or close the gripper, to a width or until it holds something.",
     "jog": "Move JOINT by DEGREES (at most 45, negative backwards), slowly; then hold.",
     "learn": "Learn an arm's synergies from captured reaches.",
@@ -98,21 +96,11 @@ def cli() -> None:
 
 def main() -> None:
     """Run the command line; end with the exit status of what went wrong."""
-    with _terminated_as_interrupted():
-        sys.exit(_status())
+    with interruptible() as lost:
+        sys.exit(_status(lost))
 
 
-@contextmanager
-def _terminated_as_interrupted() -> Iterator[None]:
-    """Let SIGTERM end a command as Ctrl-C does, with all that it has to put in order."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _status() -> int:
+def _status(lost: LostInterrupts) -> int:
     try:
         # Outside its stand-alone mode click returns the status that a command exits with
         return cli.main(prog_name="armsyn", standalone_mode=False) or 0
@@ -129,8 +117,13 @@ def _status() -> int:
         said = error.format_message().rstrip(".")
         text = f"{said}{_choice_meant(error)} (see {path} --help)"
         return _tell(error, text, error.exit_code)
-    except (KeyboardInterrupt, click.Abort) as error:
-        return _tell(error, "interrupted", INTERRUPTED)
+    except (KeyboardInterrupt, Exception) as error:
+        interrupted = isinstance(error, KeyboardInterrupt | click.Abort)
+        if not (interrupted or lost.any):
+            raise
+        lost.forget()
+        # What failed for an interrupt is told as one, in a document, too
+        return _tell(error if interrupted else KeyboardInterrupt(), "interrupted", INTERRUPTED)
 
 
 def _choice_meant(error: click.ClickException) -> str:
