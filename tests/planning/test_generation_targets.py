@@ -106,6 +106,12 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
         read_targets(tmp_path / "none.csv", JOINTS)
 
 
+def test_a_line_of_many_places_costs_no_more_than_those_asked_for() -> None:
+    grid = GridTargets(((0.0, 1.0, 10**18), (0.2, 0.2, 1), (0.5, 0.1, 1)))
+    some, _ = grid.some(5 * 10**17, 5 * 10**17 + 2)
+    np.testing.assert_allclose(some, [[0.5, 0.2, 0.5]] * 2, rtol=1e-12)
+
+
 def test_a_grid_is_every_combination() -> None:
     grid = GridTargets((checked_axis("0:1:3"), checked_axis("5"), checked_axis("-1:1:2")))
     assert grid.size == 6

@@ -26,10 +26,14 @@ from armsyn.synergy.parallel import checked_workers, each
 SCHEMA = "armsyn-reaches-1"
 MANIFEST, REFUSALS, DATASET = "manifest.json", "refusals.csv", "dataset.lerobot"
 COLUMNS = ("index", "x", "y", "z", "kind", "reason")
+REACHES = "reaches.csv"
 CHANGES, CHANGE_COLUMNS = "changes.csv", ("index", "evened", "swivel_m", "reason")
 
+MOST_REACHES, MOST_CHUNKS = 100_000_000, 100_000
+"""In one generation."""
+
 RESERVE = "reserve"
-_RESERVED, _RESERVED_A_CHUNK = 262_144, 4096
+_RESERVED, _RESERVED_A_CHUNK, _MOST_RESERVED = 262_144, 4096, 67_108_864
 """Bytes; refusals of most chunks find room in that."""
 
 OnProgress = Callable[[str, int, int, str], None]
@@ -142,8 +146,10 @@ def generate(
     Raises
     ------
     InputError
-        A folder with other things in it, or that cannot be written; workers that do not see it.
+        Too many reaches or chunks; a folder with other things in it, or that cannot be written;
+        workers that do not see it.
     """
+    _check_count(order)
     with contextlib.nullcontext() if cluster is None else connected(cluster) as client:
         _prepare(order, inputs, resume=resume)
         return _generated(order, inputs, workers, client, on_progress)
@@ -202,6 +208,21 @@ _WORTH_A_PROCESS = 20_000
 """Reaches that are worth starting another process for: two seconds."""
 
 
+def _check_count(order: Order) -> None:
+    """Refuse what would fill memory or disk before anybody notices."""
+    size = order.recipe.size
+    if size > MOST_REACHES:
+        raise InputError(
+            f"{size} reaches, more than the {MOST_REACHES} of one generation: ask for fewer targets"
+            " or repeats, and for the others in another folder"
+        )
+    if order.count > MOST_CHUNKS:
+        raise InputError(
+            f"{order.count} chunks, more than the {MOST_CHUNKS} of one generation: give a --chunk"
+            f" of {-(-size // MOST_CHUNKS)} reaches or more"
+        )
+
+
 def _prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
     """Make the folder, or look whether it is one to go on with."""
     folder = Path(order.folder)
@@ -235,8 +256,13 @@ def _prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
 
 def _reserve(order: Order) -> None:
     """Keep room for manifest and refusals, which a full disk has to leave to be told."""
-    with replacing(Path(order.folder) / NOTES / RESERVE) as temporary:
-        temporary.write_bytes(bytes(_RESERVED + _RESERVED_A_CHUNK * order.count))
+    size = min(_RESERVED + _RESERVED_A_CHUNK * order.count, _MOST_RESERVED)
+    with (
+        replacing(Path(order.folder) / NOTES / RESERVE) as temporary,
+        temporary.open("wb") as file,
+    ):
+        for begin in range(0, size, _RESERVED):
+            file.write(bytes(min(_RESERVED, size - begin)))
 
 
 def _gather(order: Order, on_progress: OnProgress) -> None:
@@ -246,7 +272,7 @@ def _gather(order: Order, on_progress: OnProgress) -> None:
     def episodes() -> Iterator[Episode]:
         for number in range(order.count):
             if order.file(number).exists():
-                yield from episodes_of(read_npz(order.file(number)), order.recipe.arm)
+                yield from episodes_of(read_npz(order.file(number)), order.recipe.arm, order.task)
             on_progress("dataset", number + 1, order.count, "")
 
     folder = Path(order.folder) / DATASET
@@ -262,6 +288,7 @@ def _finish(order: Order, inputs: Mapping[str, Any], report: Report) -> None:
     try:
         _write_table(order, REFUSALS, COLUMNS, _refusals)
         _write_table(order, CHANGES, CHANGE_COLUMNS, lambda note: note["changed"])
+        _write_reaches(order)
         _write_manifest(order, inputs, report)
     except InputError as error:  # a full disk: the chunks are there, and so are their notes
         report.error = report.error or error
@@ -289,6 +316,16 @@ def _write_table(
         table.writerow(columns)
         for note in chunks.notes_of(order):
             table.writerows(rows_of(note))
+
+
+def _write_reaches(order: Order) -> None:
+    """Put the rows of all chunks that are done together, in their order."""
+    path = Path(order.folder) / REACHES
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        file.write((",".join(chunks.REACHES) + "\n").encode())
+        for note in chunks.notes_of(order):
+            with order.rows(note["chunk"]).open("rb") as rows:
+                shutil.copyfileobj(rows, file)
 
 
 def _write_manifest(order: Order, inputs: Mapping[str, Any], report: Report) -> None:

@@ -18,7 +18,6 @@ from armsyn.planning.hull import Hull
 
 FloatArray = NDArray[np.float64]
 
-MOST_TARGETS = 100_000_000
 LONGEST_LINE = 10_000
 TRIES = 16
 """Places that are drawn for a random target; the first inside the captured workspace is taken."""
@@ -88,8 +87,18 @@ class GridTargets:
     def some(self, first: int, last: int) -> tuple[FloatArray, None]:
         """See `Targets.some`."""
         places = np.unravel_index(np.arange(first, last), [count for _, _, count in self.axes])
-        lines = [np.linspace(low, high, count) for low, high, count in self.axes]
-        return np.stack([line[at] for line, at in zip(lines, places, strict=True)], axis=1), None
+        # not by linspace, which makes a whole line for the few places of it that are asked for
+        parts = [
+            np.where(
+                at == count - 1, high if count > 1 else low, low + at * _step(low, high, count)
+            )
+            for (low, high, count), at in zip(self.axes, places, strict=True)
+        ]
+        return np.stack(parts, axis=1), None
+
+
+def _step(first: float, last: float, count: int) -> float:
+    return (last - first) / max(count - 1, 1)
 
 
 @dataclass(frozen=True)
