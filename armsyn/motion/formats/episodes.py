@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -20,6 +20,8 @@ KINDS: dict[Kind, str] = {
     "motion": "the motion itself: nothing was commanded",
 }
 """What an episode is, each with what it gives for the action (what the arm was told)."""
+TARGET = "target_m"
+"""Fact of a file that is the target: x, y, z in the base frame, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +45,14 @@ class Episode:
         More of where it comes from, such as ``arm``, ``port``, ``seed``.
     rate_hz : float or None
         Frames a second that were asked for, which the ticks of a recording miss by a little.
+    target : 3-tuple of float or None
+        Where the hand was to end, base frame, m.
 
     Raises
     ------
     FormatError
-        When the kind is unknown, or the arrays do not fit the motion's angles.
+        When the kind is unknown, the target is not finite, or the arrays do not fit the motion's
+        angles.
     """
 
     motion: Motion
@@ -57,6 +62,7 @@ class Episode:
     velocity: FloatArray | None = None
     facts: Mapping[str, str] = field(default_factory=dict)
     rate_hz: float | None = None
+    target: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
         source = self.motion.source or "motion"
@@ -66,6 +72,8 @@ class Episode:
             raise FormatError(
                 f"{source}: what was commanded goes with kind 'recorded', and with it only"
             )
+        if self.target is not None and not np.isfinite(self.target).all():
+            raise FormatError(f"{source}: the target {self.target} is not finite")
         object.__setattr__(self, "task", _encodable(self.task))
         facts = {name: _encodable(value) for name, value in self.facts.items()}
         object.__setattr__(self, "facts", facts)
@@ -113,10 +121,15 @@ class Episode:
             return self.state
         return np.where(np.isnan(self.commanded), self.state, self.commanded)
 
-    def description(self) -> dict[str, str]:
-        """Return what it is in words, for a file's metadata."""
+    @property
+    def all_facts(self) -> dict[str, Any]:
+        """The facts, and as `TARGET` the target's three numbers, as JSON has them."""
+        return dict(self.facts) | ({} if self.target is None else {TARGET: list(self.target)})
+
+    def description(self) -> dict[str, Any]:
+        """Return what it is, as JSON, for a file's metadata."""
         said = {"kind": self.kind, "action": KINDS[self.kind], "source": self.source}
-        return dict(self.facts) | said | {"task": self.task}
+        return self.all_facts | said | {"task": self.task}
 
 
 def _encodable(text: str) -> str:

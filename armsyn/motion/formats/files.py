@@ -72,6 +72,7 @@ def replacing(path: Path) -> Iterator[Path]:
         # mkstemp keeps others out; a result file is as readable as any the user makes.
         temporary.chmod(0o666 & ~_umask())
         yield temporary
+        _keep(temporary)
         temporary.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot write it: {error.strerror or error}") from error
@@ -135,6 +136,15 @@ def new_folder(path: Path) -> Iterator[Path]:
     with folder_beside(path) as temporary:
         yield temporary
         temporary.replace(path)
+
+
+def _keep(path: Path) -> None:
+    """Wait until a file is on the disk: else its name may outlive a loss of power without it."""
+    descriptor = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _umask() -> int:

@@ -13,9 +13,10 @@ A frame has ``observation.state`` (the measured posture; of a plan the plan) and
 the arm was told; see `ACTIONS`), both with elements ``JOINT.pos``, as lerobot's own robots name
 them; ``timestamp`` (s from the episode's first frame: frame_index / fps) and the indices. A plan's
 action is the posture of its next frame, the last one's its own: what a loop by position sends when
-it sees the state, so that a policy does not learn to stay where it is. An episode's row also has
-its ``armsyn/kind``, ``armsyn/source`` and, as JSON, ``armsyn/facts``, such as the port that a
-recording came from. Landmarks and measured velocities have no place here.
+it sees the state, so that a policy does not learn to stay where it is. Where episodes have targets,
+``observation.environment_state`` is theirs in every frame: x, y, z in the base frame, always m. An
+episode's row also has its ``armsyn/kind``, ``armsyn/source`` and, as JSON, ``armsyn/facts``, such
+as the port that a recording came from. Landmarks and measured velocities have no place here.
 
 Units. lerobot's robots with servos give degrees about the middle of the calibrated range
 (``use_degrees``, which its SO-100 and SO-101 arms always do since February 2026) or, as
@@ -42,7 +43,7 @@ from numpy.typing import NDArray
 from armsyn.errors import CaptureError, FormatError
 from armsyn.motion.formats.episodes import KINDS, Episode, Episodes, Kind, episodes_of
 from armsyn.motion.formats.files import new_folder
-from armsyn.motion.formats.lerobot_stats import DatasetStats, stats_of
+from armsyn.motion.formats.lerobot_stats import ENVIRONMENT, DatasetStats, stats_of
 from armsyn.motion.motion import FloatArray
 from armsyn.motion.resample import interpolate, uniform_times
 
@@ -115,8 +116,9 @@ def write(
         first = next(given)
         rate = _whole_rate(path, first, fps)
         scale = _Scale(path, first.motion.joint_names, units, ranges, frozenset(prismatic))
-        tables = Tables(folder, len(scale.joints), FILE_MB, FILES_A_CHUNK)
-        dataset = _Dataset(folder, tables, scale, rate)
+        targets = first.target is not None
+        tables = Tables(folder, len(scale.joints), targets, FILE_MB, FILES_A_CHUNK)
+        dataset = _Dataset(folder, tables, scale, rate, targets)
         try:
             dataset.add(first)
             for episode in given:
@@ -215,11 +217,14 @@ class _Scale:
 class _Dataset:
     """A dataset as far as it is written."""
 
-    def __init__(self, folder: Path, tables: Tables, scale: _Scale, fps: int) -> None:
+    def __init__(
+        self, folder: Path, tables: Tables, scale: _Scale, fps: int, targets: bool
+    ) -> None:
         self._folder = folder
         self._tables = tables
         self._scale = scale
         self._fps = fps
+        self._targets = targets
         self._stats = DatasetStats()
         self._tasks: dict[str, int] = {}
         self._kinds: dict[Kind, int] = {}
@@ -235,14 +240,15 @@ class _Dataset:
         columns: dict[str, NDArray[Any]] = {
             "action": self._scale(action),
             "observation.state": self._scale(state),
+            **self._environment(episode, count),
             "timestamp": (np.arange(count) / self._fps).astype(np.float32),
             "frame_index": np.arange(count),
             "episode_index": np.full(count, self._episodes),
             "index": np.arange(self._frames, self._frames + count),
             "task_index": np.full(count, self._tasks.setdefault(task, len(self._tasks))),
         }
-        for name in ("action", "observation.state"):
-            if not np.isfinite(columns[name]).all():
+        for name, values in columns.items():
+            if not np.isfinite(values).all():
                 raise FormatError(
                     f"{episode.source or 'motion'}: {name} is too large for single precision"
                 )
@@ -252,6 +258,19 @@ class _Dataset:
         self._kinds[episode.kind] = self._kinds.get(episode.kind, 0) + 1
         self._frames += count
         self._episodes += 1
+
+    def _environment(self, episode: Episode, count: int) -> dict[str, NDArray[Any]]:
+        """The target of every frame, where this dataset has them."""
+        if (episode.target is not None) != self._targets:
+            has = "no" if episode.target is None else "a"
+            raise FormatError(
+                f"{episode.source or 'motion'}: has {has} target, unlike the first motion:"
+                " write motions with targets and without apart"
+            )
+        if episode.target is None:
+            return {}
+        with np.errstate(over="ignore"):
+            return {ENVIRONMENT: np.tile(np.array(episode.target, np.float32), (count, 1))}
 
     def _sampled(self, episode: Episode) -> tuple[FloatArray, FloatArray]:
         """What was told and what was measured, at multiples of 1 / fps; see `ACTIONS`."""
@@ -273,6 +292,7 @@ class _Dataset:
         self._tables.write_tasks(self._tasks)
         names = [f"{joint}.pos" for joint in self._scale.joints]
         vector = {"dtype": "float32", "shape": [len(names)], "names": names}
+        place = {"dtype": "float32", "shape": [3], "names": ["x", "y", "z"]}
         single = {"shape": [1], "names": None}
         info = {
             "codebase_version": VERSION,
@@ -288,6 +308,7 @@ class _Dataset:
             "video_path": None,
             "features": {
                 **{"action": vector, "observation.state": vector},
+                **({ENVIRONMENT: place} if self._targets else {}),
                 "timestamp": {"dtype": "float32", **single},
                 **{name: {"dtype": "int64", **single} for name in self._tables.indices},
             },

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
+ENVIRONMENT = "observation.environment_state"
+"""The target of a frame's episode, by lerobot's name of what is known of an arm's surroundings."""
 Stats = dict[str, NDArray[Any]]
 
 

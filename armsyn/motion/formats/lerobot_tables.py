@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from armsyn.motion.formats.episodes import Episode
-from armsyn.motion.formats.lerobot_stats import Stats
+from armsyn.motion.formats.lerobot_stats import ENVIRONMENT, Stats
 
 EPISODES_AT_ONCE = 100
 """Rows of the table of episodes that are held before they are written."""
@@ -28,6 +28,8 @@ class Tables:
     folder : Path
         Of the dataset.
     joints : int
+    targets : bool
+        Whether episodes have targets.
     file_mb : int
         A file that has as many MB takes no further episode.
     files_a_chunk : int
@@ -36,10 +38,14 @@ class Tables:
 
     indices = ("frame_index", "episode_index", "index", "task_index")
 
-    def __init__(self, folder: Path, joints: int, file_mb: int, files_a_chunk: int) -> None:
+    def __init__(
+        self, folder: Path, joints: int, targets: bool, file_mb: int, files_a_chunk: int
+    ) -> None:
         vector = pa.list_(pa.float32(), joints)
         self._schema = pa.schema(
-            [("action", vector), ("observation.state", vector), ("timestamp", pa.float32())]
+            [("action", vector), ("observation.state", vector)]
+            + ([(ENVIRONMENT, pa.list_(pa.float32(), 3))] if targets else [])
+            + [("timestamp", pa.float32())]
             + [(name, pa.int64()) for name in self.indices]
         )
         self._folder = folder
@@ -79,7 +85,7 @@ class Tables:
                 },
                 "armsyn/kind": episode.kind,
                 "armsyn/source": episode.source,
-                "armsyn/facts": json.dumps(dict(episode.facts), ensure_ascii=False),
+                "armsyn/facts": json.dumps(episode.all_facts, ensure_ascii=False),
             }
         )
         self._frames += count

@@ -2,10 +2,11 @@
 
 One row a frame, episodes one after the other. Columns: ``episode_index`` (from 0), ``kind`` (see
 `armsyn.motion.formats.episodes.KINDS`), ``task``, ``source``, ``facts`` (a JSON object: the port
-that a recording came from, a seed), then those of `armsyn.motion.formats.csv_format` under the
-same names and in the same units (``time_s``, ``NAME:angle_rad``, ``NAME:x_m``, ...; NaN is a gap),
-and for recordings ``NAME:commanded_rad`` and ``NAME:velocity_rad_s``. Texts are strings, numbers
-double precision. Marks of what was filled in are left out.
+that a recording came from, a seed, the target as three numbers ``target_m``), then those of
+`armsyn.motion.formats.csv_format` under the same names and in the same units (``time_s``,
+``NAME:angle_rad``, ``NAME:x_m``, ...; NaN is a gap), and for recordings ``NAME:commanded_rad`` and
+``NAME:velocity_rad_s``. Texts are strings, numbers double precision. Marks of what was filled in
+are left out.
 
 Files of this layout are read, too (`armsyn.motion.formats.parquet_read`): one episode as
 ``FILE#INDEX``.
@@ -114,6 +115,6 @@ def _columns(number: int, episode: Episode) -> dict[str, Any]:
     return columns
 
 
-def _facts(episode: Episode) -> dict[str, str]:
+def _facts(episode: Episode) -> dict[str, Any]:
     rate = {} if episode.rate_hz is None else {RATE: repr(float(episode.rate_hz))}
-    return dict(episode.facts) | rate
+    return episode.all_facts | rate

@@ -17,7 +17,7 @@ import numpy as np
 
 from armsyn.errors import FormatError
 from armsyn.motion.formats import csv_format
-from armsyn.motion.formats.episodes import KINDS, Episode
+from armsyn.motion.formats.episodes import KINDS, TARGET, Episode
 from armsyn.motion.formats.files import check_size
 from armsyn.motion.formats.npz_bodies import chosen
 from armsyn.motion.formats.options import Reading, ReadOptions
@@ -134,24 +134,35 @@ def _assembled(
     if kind not in KINDS:
         raise FormatError(f"kind '{kind[:40]}', expected one of {', '.join(KINDS)}")
     facts = _facts(said.get("facts", "{}"))
-    rate = _positive(facts.pop(RATE, ""))
-    return Episode(motion, kind, said.get("task", ""), commanded, velocity, facts, rate)
+    rate, target = _positive(facts.pop(RATE, "")), _target(facts.pop(TARGET, None))
+    texts = {name: str(value) for name, value in facts.items()}
+    return Episode(motion, kind, said.get("task", ""), commanded, velocity, texts, rate, target)
 
 
-def _facts(text: str) -> dict[str, str]:
+def _facts(text: str) -> dict[str, Any]:
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise FormatError("'facts' is no JSON") from error
     if not isinstance(found, dict):
         raise FormatError("'facts' is no JSON object")
-    return {name: str(value) for name, value in found.items()}
+    return found
 
 
-def _positive(text: str) -> float | None:
+def _target(value: Any) -> tuple[float, float, float] | None:
+    if value is None:
+        return None
+    try:
+        x, y, z = map(float, value)
+    except (ValueError, TypeError, OverflowError) as error:
+        raise FormatError(f"fact '{TARGET}' is not three numbers") from error
+    return x, y, z
+
+
+def _positive(text: Any) -> float | None:
     try:
         value = float(text)
-    except ValueError:
+    except (ValueError, TypeError, OverflowError):
         return None
     return value if 0 < value < math.inf else None
 

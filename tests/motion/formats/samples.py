@@ -37,6 +37,12 @@ def plan(number: int = 0, frames: int = 30) -> Episode:
     )
 
 
+def aimed(number: int = 0) -> Episode:
+    """A planned reach that says where its target is."""
+    target = (0.3, -0.1, 0.05 * number)
+    return Episode(motion(number), "planned", "reach", facts={"seed": "7"}, target=target)
+
+
 def recording(number: int = 0, frames: int = 30) -> Episode:
     """A driven reach, whose joints lag behind what they were told."""
     measured = motion(number, frames)

@@ -19,7 +19,7 @@ from armsyn.motion.formats import (
     write_episodes,
     write_motion,
 )
-from tests.motion.formats.samples import JOINTS, contents, motion, plan, recording
+from tests.motion.formats.samples import JOINTS, aimed, contents, motion, plan, recording
 
 INDICES = ("frame_index", "episode_index", "index", "task_index")
 
@@ -172,6 +172,28 @@ def test_a_plan_says_that_it_is_one(tmp_path: Path) -> None:
     assert found.episodes["armsyn/kind"].to_pylist() == ["planned", "observed"]
     assert found.episodes["armsyn/facts"].to_pylist() == ['{"seed": "7"}', '{"seed": "8"}']
     assert found.tasks.index.tolist() == ["reach target 0", "move the arm"]
+
+
+def test_targets_are_the_state_of_the_environment(tmp_path: Path) -> None:
+    found = written(tmp_path, [aimed(number) for number in range(3)])
+    name = "observation.environment_state"
+    assert found.info["features"][name] == {
+        **{"dtype": "float32", "shape": [3], "names": ["x", "y", "z"]}
+    }
+    assert found.data.schema.names == list(found.info["features"])
+    targets = np.array([aimed(number).target for number in range(3)], np.float32)
+    np.testing.assert_array_equal(found.array(name), targets[found.array("episode_index")])
+    np.testing.assert_allclose(found.json("stats")[name]["max"], [0.3, -0.1, 0.1], rtol=1e-6)
+    assert "stats/observation.environment_state/q50" in found.episodes.column_names
+    facts = [json.loads(text) for text in found.episodes["armsyn/facts"].to_pylist()]
+    assert facts[2] == {"seed": "7", "target_m": [0.3, -0.1, 0.1]}
+    assert found.tasks.index.tolist() == ["reach"]
+    with pytest.raises(FormatError, match="motion 0: has no target, unlike the first motion"):
+        write_episodes(tmp_path / "e.lerobot", [aimed(), plan()])
+    with pytest.raises(FormatError, match="motion 0: has a target, unlike the first motion"):
+        write_episodes(tmp_path / "e.lerobot", [plan(), aimed()])
+    with pytest.raises(FormatError, match="is not finite"):
+        Episode(motion(), target=(0.0, float("nan"), 0.0))
 
 
 def test_other_units(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from rosbags.rosbag2 import Reader
 from armsyn.errors import FormatError
 from armsyn.motion import Motion
 from armsyn.motion.formats import Episode, write_episodes, write_motion
-from tests.motion.formats.samples import JOINTS, motion, plan, recording
+from tests.motion.formats.samples import JOINTS, aimed, motion, plan, recording
 
 
 def messages(path: Path) -> dict[str, list[Any]]:
@@ -67,6 +67,12 @@ def test_a_plan_says_that_it_is_one(tmp_path: Path) -> None:
     assert all(len(message.velocity) == 0 for _, message in found["/joint_states"])
     frames = {message.header.frame_id for _, message in found["/joint_states"]}
     assert frames == {"planned, not measured"}
+
+
+def test_a_target_is_told_in_numbers(tmp_path: Path) -> None:
+    write_episodes(tmp_path / "a.mcap", aimed(2))
+    ((_, said),) = messages(tmp_path / "a.mcap")["/episode"]
+    assert json.loads(said.data)["target_m"] == [0.3, -0.1, 0.1]
 
 
 def test_the_points_of_a_plan_have_velocities_and_end_at_rest(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from armsyn.motion.formats import (
     write_episodes,
     write_motion,
 )
-from tests.motion.formats.samples import JOINTS, motion, plan, recording
+from tests.motion.formats.samples import JOINTS, aimed, motion, plan, recording
 
 
 def test_pandas_reads_one_table_of_all_episodes(tmp_path: Path) -> None:
@@ -207,3 +207,23 @@ def test_marks_of_what_was_filled_in_are_left_out(tmp_path: Path) -> None:
     )
     write_episodes(tmp_path / "a.parquet", [Episode(marked), Episode(base)])
     assert read_motion(f"{tmp_path / 'a.parquet'}#0").filled is None
+
+
+def test_a_target_is_read_back(tmp_path: Path) -> None:
+    write_episodes(tmp_path / "a.parquet", [aimed(0), aimed(2)])
+    facts = json.loads(pd.read_parquet(tmp_path / "a.parquet")["facts"].iloc[-1])
+    assert facts == {"seed": "7", "target_m": [0.3, -0.1, 0.1]}
+    found = parquet_read.read_episode(tmp_path / "a.parquet", "1")
+    assert found.target == (0.3, -0.1, 0.1)
+    assert found.facts == {"seed": "7"}
+
+
+@pytest.mark.parametrize("target", ["[1, 2]", '"here"', "[1, 2, [3]]", "7", "[1, 2, NaN]"])
+def test_a_target_that_is_none_is_refused(target: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    write_episodes(path, aimed())
+    table = pd.read_parquet(path)
+    table["facts"] = f'{{"target_m": {target}}}'
+    table.to_parquet(path)
+    with pytest.raises(FormatError, match="target"):
+        parquet_read.read_episode(path, "0")
