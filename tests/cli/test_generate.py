@@ -158,6 +158,19 @@ def test_bad_input_is_refused_in_a_line_and_makes_nothing(
     assert not left
 
 
+@pytest.mark.parametrize(
+    "address",
+    ["foo", "", "foo:8786", "tcp://foo", "tcp://foo:", "tcp://:1", "tcp://a:0", "tcp://a:65536"],
+)
+def test_what_is_no_address_of_a_cluster_is_refused(
+    address: str, call: Call, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    done = call(*generating(*RANDOM, "--out", out, "--cluster", address))
+    done.refused(2, "is no tcp://HOST:PORT")
+    assert not out.exists()
+
+
 def test_a_cluster_that_does_not_answer_is_told(tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = run(*generating(*RANDOM, "--out", out, "--cluster", "tcp://127.0.0.1:1"))

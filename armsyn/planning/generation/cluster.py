@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import re
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
 from typing import Any
@@ -18,6 +19,8 @@ from armsyn.planning.generation.chunks import make_chunk_of
 
 PATIENCE_S = 10.0
 """For a scheduler to answer, and for a first worker."""
+
+_ADDRESS = re.compile(r"tcp://(\[[0-9a-fA-F:.]+\]|[^\s/:\[\]]+):(\d{1,5})/?")
 
 AHEAD = 4
 """Chunks that are handed out for every thread of the cluster: a window, so that the scheduler does
@@ -40,8 +43,9 @@ def connected(address: str) -> Iterator[Any]:
     Raises
     ------
     InputError
-        When dask.distributed is missing, or no scheduler or worker answers.
+        For another address; when dask.distributed is missing, or no scheduler or worker answers.
     """
+    _check_address(address)
     try:
         from distributed import Client  # noqa: PLC0415  an extra
     except ImportError as error:
@@ -65,7 +69,17 @@ def connected(address: str) -> Iterator[Any]:
             ) from error
         yield client
     finally:
-        client.close()  # type: ignore[no-untyped-call]
+        with contextlib.suppress(OSError):  # of a scheduler that is gone: there is nothing to close
+            client.close()  # type: ignore[no-untyped-call]
+
+
+def _check_address(address: str) -> None:
+    found = _ADDRESS.fullmatch(address)
+    if found is None or not 0 < int(found[2]) < 65536:
+        raise InputError(
+            f"--cluster '{address[:80]}' is no tcp://HOST:PORT, which `dask scheduler` says when it"
+            " starts"
+        )
 
 
 def each_on_cluster(client: Any, order: bytes, numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
