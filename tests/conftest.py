@@ -17,6 +17,7 @@ _PROCESS = Path("/proc/self")
 REALTIME = frozenset(
     {
         "cli/test_find_port",
+        "cli/test_generate",
         "cli/test_learn",
         "cli/test_operating",
         "cli/test_reach",

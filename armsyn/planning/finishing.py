@@ -66,21 +66,26 @@ def finished(
     UnreachableError
         The hand cannot come within `TOLERANCE_M` of its target, or be turned as asked.
     LimitError, CollisionError, UnevenError
-        No way of those tried holds the limits, touches nothing and speeds up once; of the first.
+        No way of those tried holds the limits, touches nothing and speeds up once; of the first,
+        or, where that speeds up more than once only, of the first that fails otherwise.
     """
     angles = _brought_to_end(arm, angles, task)
     try:
         return checked(arm, angles, duration, rate_hz)
     except RefusedMotionError as error:
-        refused = error
+        refused = told = error
     for way in _other_ways(arm, angles, task, uneven=isinstance(refused, UnevenError)):
         try:
             done = checked(arm, way.angles, duration, rate_hz)
-        except RefusedMotionError:  # the first refusal is the one that is told
+        except RefusedMotionError as error:
+            if isinstance(told, UnevenError):  # what is in the way of evening is why
+                told = error
             continue
         return done._replace(swivel_m=way.swivel_m, evened=way.evened, refused=str(refused))
-    refused.add("other ways, with other swivels of the arm, were tried, too")
-    raise refused
+    if told is not refused:
+        told.add(f"as predicted, {refused}")
+    told.add("other ways, with other swivels of the arm, were tried, too")
+    raise told
 
 
 def _other_ways(

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from armsyn.arm import load_arm
+from armsyn.errors import RefusedMotionError
+from armsyn.motion.filtering import hand_speed
 from armsyn.motion.peaks import count_peaks
 from armsyn.planning.atlas import Atlas, atlas_of
+from armsyn.planning.motion_planner import MotionPlanner
 from armsyn.planning.synergy_atlas import SynergyPredictor
 from armsyn.synergy.models import STABLE_GAIN
 
@@ -89,3 +92,21 @@ def test_synergies_move_the_hand_in_one_bell(atlas: Atlas) -> None:
         speed = np.linalg.norm(np.diff(hand, axis=0), axis=1) * rate
         single += count_peaks(speed, rate) == 1
     assert single >= 0.8 * len(found.angles)
+
+
+@pytest.mark.parametrize("kind", ["latent", "linear", "synergy"])
+def test_what_is_planned_from_anywhere_goes_in_one_bell(atlas: Atlas, kind: str) -> None:
+    """Whatever is predicted: counted over the whole reach, as any motion is measured."""
+    arm, rng = load_arm(atlas.facts.arm, calibrated=False), np.random.default_rng(4)
+    postures = rng.uniform(arm.chain.lower, arm.chain.upper, (2, 20, arm.chain.dof))
+    planner, made = MotionPlanner(arm, atlas.predictor(kind)), 0
+    for start, end in postures.swapaxes(0, 1):
+        try:
+            planned = planner.plan(start, arm.chain.forward(end).tip)
+        except RefusedMotionError:
+            continue
+        hand = arm.chain.positions(planned.angles)[:, -1]
+        profile = hand_speed(planned.trajectory.time, hand)
+        assert count_peaks(profile.speed, profile.rate) <= 1
+        made += 1
+    assert made >= 3
