@@ -56,6 +56,9 @@ if TYPE_CHECKING:
     "--workers", type=click.IntRange(min=1), help="Processes  [default: as many as cores]"
 )
 @click.option("--cluster", metavar="tcp://HOST:PORT", help="A scheduler of dask.distributed.")
+@click.option(
+    "--task", metavar="TEXT", help="What every reach does, in words  [default: reach to the target]"
+)
 @click.option("--resume", is_flag=True, help="Go on with what --out holds already.")
 @click.option(
     "--calibration",
@@ -67,19 +70,21 @@ if TYPE_CHECKING:
 def generate(**options: Any) -> None:
     """Make reaches by the thousand, each checked as one that is driven.
 
-    Targets come from a file, a grid or chance; every reach starts at the arm's rest posture, or,
-    if the file's first line names the columns x, y, z and all joints, where its line says. Each is
+    Targets come from a file, a grid or chance; every reach starts at the arm's rest posture, or, if
+    the file's first line names the columns x, y, z and all joints, where its line says. Each is
     planned as armsyn reach --plan does it: slowed until every joint's limits hold, checked on its
     whole way for contacts, and, where as predicted it does not pass or the hand would speed up more
     than once, mixed with minimum jerk or ended with another swivel, which changes.csv tells. What
-    is refused stands in refusals.csv, by index and with its reason; manifest.json says what the
-    reaches are made from. They are planned, not measured: no arm or person moved so.
+    is refused stands in refusals.csv, by index and with its reason; reaches.csv has a line for
+    every one that is made: target, durations, error, file. manifest.json says what the reaches are
+    made from. They are planned, not measured: no arm or person moved so.
 
     Formats: npz and csv (many reaches a file), parquet and mcap (likewise, an episode a reach), bvh
     (a file a reach: the arm as a skeleton), lerobot (one dataset; its action is the posture of the
-    plan's next frame, of the last its own, as a loop by position sends it). The same seed and
-    inputs give the same bytes, whatever the number of workers. Ctrl-C, a full disk and even a kill
-    keep every finished chunk; the same command with --resume goes on from there.
+    plan's next frame, of the last its own, as a loop by position sends it, and its
+    observation.environment_state the target). The same seed and inputs give the same bytes,
+    whatever the number of workers. Ctrl-C, a full disk and even a kill keep every finished chunk;
+    the same command with --resume goes on from there.
 
     With --cluster, workers of dask.distributed (pip install 'armsyn[cluster]') make the chunks:
     they must see --out by the same path.
@@ -89,9 +94,9 @@ def generate(**options: Any) -> None:
     from armsyn.planning.generation import running
     from armsyn.planning.generation.batch import Recipe
     from armsyn.planning.generation.chunks import Order
-    from armsyn.planning.generation.files import checked_format
+    from armsyn.planning.generation.files import TASK, checked_format
 
-    kind = checked_format(options["kind"])
+    kind, task = checked_format(options["kind"]), options["task"] or TASK
     arm = load_arm(options["arm_name"], options["calibration"])
     predictor, variability, learned = _models(arm, options)
     targets, asked = _targets(arm, predictor, options)
@@ -109,10 +114,10 @@ def generate(**options: Any) -> None:
         **{"arm": arm.name, "description_sha256": _hash_of(arm), **learned, **asked},
         **{"start": arm.rest.tolist(), "rate_hz": options["rate"], "format": kind},
         **{"repeats": options["repeats"], "variability": options["variability"]},
-        **{"seed": options["seed"], "chunk": options["chunk"]},
+        **{"seed": options["seed"], "chunk": options["chunk"], "task": task},
     }
     out = options["out"].absolute()
-    order = Order(recipe, str(out), kind, options["chunk"], running.digest_of(inputs))
+    order = Order(recipe, str(out), kind, options["chunk"], running.digest_of(inputs), task)
     with StageBars() as progress:
         report = running.generate(
             order,

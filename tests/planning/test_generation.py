@@ -33,7 +33,7 @@ FloatArray = NDArray[np.float64]
 INPUTS = {"what": "a test"}
 SIZE = 130
 BOX = ([0.15, -0.45, -0.5], [0.6, 0.35, 0.3])
-TABLES = ("refusals.csv", "changes.csv")
+TABLES = ("refusals.csv", "changes.csv", "reaches.csv")
 OUT_OF_REACH = (0.9, 0.9, 0.9)
 
 
@@ -99,6 +99,30 @@ def test_the_manifest_says_what_it_is_and_of_what(made: Path) -> None:
         assert chunks.checksum(made / entry["file"]) == entry["sha256"]
     names = {entry["file"] for entry in manifest["files"]}
     assert {path.name for path in made.iterdir()} == names | {"manifest.json", *TABLES}
+
+
+@pytest.mark.parametrize("kind", ["npz", "lerobot", "bvh"])
+def test_the_table_of_reaches_has_every_ones_numbers(kind: str, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    assert generate(order(folder, kind, chunk=3, size=4, repeats=2), INPUTS, workers=1).complete
+    wanted, arm = make_batch(recipe(4, repeats=2), 0, 8), load_arm("human7", calibrated=False)
+    with (folder / "reaches.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["index"]) for row in rows] == wanted.index.tolist()
+    asked = recipe(4).targets.some(0, 4)[0]
+    for number, row in enumerate(rows):
+        index, path = int(row["index"]), wanted.paced.path(number)
+        target = [float(row[axis]) for axis in ("x_m", "y_m", "z_m")]
+        np.testing.assert_array_equal(target, asked[index // 2])
+        assert int(row["repeat"]) == index % 2
+        assert float(row["duration_s"]) == (len(path) - 1) / 100.0
+        assert float(row["person_s"]) == wanted.durations[number]
+        assert float(row["time_scale"]) == wanted.paced.scales[number]
+        miss = np.linalg.norm(arm.chain.forward(path[-1]).tip - target)
+        np.testing.assert_allclose(float(row["error_m"]), miss, rtol=0.0, atol=1e-12)
+        assert row["outside_m"] == ""  # minimum jerk has no captured workspace
+        assert (folder / row["file"]).exists()
+        assert kind != "bvh" or row["file"].endswith(f"reach-{index:09d}.bvh")
 
 
 def test_a_reach_is_the_same_whatever_chunk_it_is_in(made: Path) -> None:
@@ -205,6 +229,32 @@ def test_a_killed_worker_leaves_a_manifest_and_what_it_had_not_made_can_follow(
     assert manifest["complete"] is False
     assert generate(order(folder), INPUTS, workers=1, resume=True).complete
     assert content(folder) == content(made)
+
+
+@pytest.mark.parametrize("kind", ["npz", "bvh"])
+def test_a_finished_chunk_that_has_changed_since_is_made_again(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, folder = tmp_path / "whole", tmp_path / "out"
+    assert generate(order(whole, kind), INPUTS, workers=1).complete
+    suffix, write = chunks.FORMATS[kind]
+    writes = 0
+
+    def interrupted(path: Path, *given: object) -> None:
+        nonlocal writes
+        if writes == 2:
+            raise KeyboardInterrupt
+        writes += 1
+        write(path, *given)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patch:
+        patch.setitem(chunks.FORMATS, kind, (suffix, interrupted))  # type: ignore[arg-type]
+        generate(order(folder, kind), INPUTS, workers=1)
+    first = next(path for path in sorted(folder.rglob("reach*0*")) if path.is_file())
+    first.write_bytes(bytes(first.stat().st_size))
+    report = generate(order(folder, kind), INPUTS, workers=1, resume=True)
+    assert report.complete
+    assert content(folder) == content(whole)
 
 
 def test_another_generation_or_other_files_are_not_mixed_in(made: Path, tmp_path: Path) -> None:

@@ -22,10 +22,13 @@ import armsyn
 from armsyn.errors import InputError
 from armsyn.motion.formats.files import replacing
 from armsyn.planning.generation.batch import Batch, Recipe, make_batch
-from armsyn.planning.generation.files import FORMATS
+from armsyn.planning.generation.files import FORMATS, TASK
 
 NOTES = ".notes"
 """Folder beside the chunks, until all of them are there."""
+
+DATASET = "dataset.lerobot"
+"""What the chunks of that format are gathered into."""
 
 TOKEN = "generation.json"  # noqa: S105  the name of a file
 """In it: what is being generated."""
@@ -46,6 +49,8 @@ class Order:
         Reaches in a chunk.
     digest : str
         Of all inputs, so that no chunk of another generation is taken for one of this.
+    task : str
+        What every reach does, in words.
     """
 
     recipe: Recipe
@@ -53,6 +58,7 @@ class Order:
     format: str
     chunk: int
     digest: str
+    task: str = TASK
 
     @property
     def count(self) -> int:
@@ -66,6 +72,10 @@ class Order:
     def file(self, number: int) -> Path:
         """Where a chunk goes."""
         return Path(self.folder) / f"reaches-{number:06d}{FORMATS[self.format][0]}"
+
+    def rows(self, number: int) -> Path:
+        """Where the rows of a chunk's reaches wait for their table."""
+        return Path(self.folder) / NOTES / f"{number:06d}.csv"
 
     def note(self, number: int) -> Path:
         """Where its note goes."""
@@ -98,7 +108,8 @@ def make_chunk(order: Order, number: int) -> dict[str, Any]:
     file = order.file(number)
     if batch.index.size:
         remove(file)
-        FORMATS[order.format][1](file, batch, order.recipe.arm)
+        FORMATS[order.format][1](file, batch, order.recipe.arm, order.task)
+    write_rows(order, number, batch)
     note = _note(order, number, batch, file if batch.index.size else None)
     with replacing(order.note(number)) as temporary:
         temporary.write_text(json.dumps(note, allow_nan=False) + "\n", encoding="utf-8")
@@ -163,7 +174,21 @@ def noted(order: Order, number: int) -> dict[str, Any] | None:
         return None
     if note["file"] is not None and not (Path(order.folder) / note["file"]).exists():
         return None
-    return note
+    return note if order.rows(number).exists() else None
+
+
+def checked_note(order: Order, number: int) -> dict[str, Any] | None:
+    """Return the note of a chunk that is done and whole; take the note of any other away.
+
+    A loss of power may leave a file with its name but not its content.
+    """
+    note = noted(order, number)
+    if note is None or note["file"] is None:
+        return note
+    if checksum(Path(order.folder) / note["file"]) == note["sha256"]:
+        return note
+    order.note(number).unlink()
+    return None
 
 
 def notes_of(order: Order) -> Iterator[dict[str, Any]]:
@@ -171,6 +196,42 @@ def notes_of(order: Order) -> Iterator[dict[str, Any]]:
     for number in range(order.count):
         if (note := noted(order, number)) is not None:
             yield note
+
+
+REACHES = (
+    *("index", "x_m", "y_m", "z_m", "repeat", "duration_s", "person_s", "time_scale"),
+    *("outside_m", "error_m", "evened", "swivel_m", "file"),
+)
+"""Columns of the table of all reaches; numbers are written so that they are read back the same."""
+
+
+def write_rows(order: Order, number: int, batch: Batch) -> None:
+    """Write a chunk's rows of the table of all reaches, whose columns are `REACHES`."""
+    paced, file = batch.paced, order.file(number).name
+    columns = (
+        *(batch.index, *batch.targets.T, batch.index % order.recipe.repeats),
+        *((np.diff(paced.first) - 1) / paced.rate_hz, batch.durations, paced.scales),
+        *(batch.outside, np.linalg.norm(batch.hands - batch.targets, axis=1)),
+        *(batch.evened, batch.swivels),
+    )
+    lines = [
+        ",".join(_cell(value) for value in (*row, _file_of(order, file, row[0]))) + "\n"
+        for row in zip(*(column.tolist() for column in columns), strict=True)
+    ]
+    with replacing(order.rows(number)) as temporary:
+        temporary.write_text("".join(lines), encoding="utf-8")
+
+
+def _file_of(order: Order, file: str, index: int) -> str:
+    """Name the file that a reach of a chunk is in at the end, within the folder."""
+    if order.format == "lerobot":
+        return DATASET
+    return f"{file}/reach-{index:09d}.bvh" if order.format == "bvh" else file
+
+
+def _cell(value: object) -> str:
+    """Shortest text of a number; nothing for one that is not known."""
+    return "" if value != value else str(value)  # noqa: PLR0124  NaN
 
 
 def _note(order: Order, number: int, batch: Batch, file: Path | None) -> dict[str, Any]:

@@ -25,11 +25,14 @@ from armsyn.planning.generation.pacing import Paced
 
 PLANNED = "planned, not measured: no arm or person moved so"
 
+TASK = "reach to the target"
+"""What every reach does, in words, unless it is told otherwise."""
+
 PARTS = ".npz"
 """What a format that needs all reaches at once is gathered from."""
 
 
-def write_npz(path: Path, batch: Batch, arm: ArmDescription) -> None:
+def write_npz(path: Path, batch: Batch, arm: ArmDescription, _task: str = TASK) -> None:
     """Write a batch as a numpy archive.
 
     Parameters
@@ -38,6 +41,8 @@ def write_npz(path: Path, batch: Batch, arm: ArmDescription) -> None:
         It appears whole or not at all.
     batch : Batch
     arm : ArmDescription
+    _task : str
+        Not said: arrays have no words.
 
     Raises
     ------
@@ -86,7 +91,7 @@ def read_npz(path: Path) -> Batch:
         )
 
 
-def write_csv(path: Path, batch: Batch, arm: ArmDescription) -> None:
+def write_csv(path: Path, batch: Batch, arm: ArmDescription, _task: str = TASK) -> None:
     """Write a batch as a table with a row a frame: ``reach``, ``time_s``, ``JOINT:angle_rad``."""
     paced, joints = batch.paced, [f"{name}:angle_rad" for name in arm.joint_names]
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
@@ -99,30 +104,34 @@ def write_csv(path: Path, batch: Batch, arm: ArmDescription) -> None:
             file.write("\n".join(lines) + "\n")
 
 
-def write_bvh(path: Path, batch: Batch, arm: ArmDescription) -> None:
+def write_bvh(path: Path, batch: Batch, arm: ArmDescription, _task: str = TASK) -> None:
     """Write a folder with the arm's skeleton in a BVH file for every reach."""
     with new_folder(path) as folder:
         for index, episode in zip(batch.index.tolist(), episodes_of(batch, arm), strict=True):
             arm_bvh.write(folder / f"reach-{index:09d}.bvh", episode.motion, arm.chain)
 
 
-def write_exported(path: Path, batch: Batch, arm: ArmDescription) -> None:
+def write_exported(path: Path, batch: Batch, arm: ArmDescription, task: str = TASK) -> None:
     """Write a batch as the episodes of one file; its suffix says the format."""
-    write_episodes(path, episodes_of(batch, arm))
+    write_episodes(path, episodes_of(batch, arm, task))
 
 
-def episodes_of(batch: Batch, arm: ArmDescription) -> Iterator[Episode]:
+def episodes_of(batch: Batch, arm: ArmDescription, task: str = TASK) -> Iterator[Episode]:
     """Give the reaches of a batch one by one.
 
     Parameters
     ----------
     batch : Batch
     arm : ArmDescription
+    task : str
+        What every reach does, in words. The target is told in numbers: a policy that hears
+        language would take a text for every target for as many tasks.
 
     Yields
     ------
     Episode
-        With the arm's landmarks; as facts the arm, and how the reach was changed, if it was.
+        With the arm's landmarks and its target; as facts the arm, and how the reach was changed,
+        if it was.
     """
     rows = list(arm.landmark_frames)
     for row, index in enumerate(batch.index.tolist()):
@@ -139,10 +148,10 @@ def episodes_of(batch: Batch, arm: ArmDescription) -> Iterator[Episode]:
         facts = {"arm": arm.name}
         if batch.evened[row] or batch.swivels[row]:
             facts |= {"evened": f"{batch.evened[row]:g}", "swivel_m": f"{batch.swivels[row]:.4f}"}
-        yield Episode(motion, "planned", f"reach to ({x:.4f}, {y:.4f}, {z:.4f}) m", facts=facts)
+        yield Episode(motion, "planned", task, facts=facts, target=(x, y, z))
 
 
-FORMATS: Mapping[str, tuple[str, Callable[[Path, Batch, ArmDescription], None]]] = {
+FORMATS: Mapping[str, tuple[str, Callable[[Path, Batch, ArmDescription, str], None]]] = {
     "npz": (".npz", write_npz),
     "csv": (".csv", write_csv),
     "parquet": (".parquet", write_exported),

@@ -18,13 +18,14 @@ from armsyn.errors import ArmFaultError, ArmsynError, InputError, StopRequestedE
 from armsyn.motion.formats.episodes import Episode
 from armsyn.motion.formats.files import replacing
 from armsyn.planning.generation import chunks
-from armsyn.planning.generation.chunks import NOTES, TOKEN, Order
+from armsyn.planning.generation.chunks import DATASET, NOTES, TOKEN, Order
 from armsyn.planning.generation.cluster import connected, each_on_cluster
 from armsyn.planning.generation.files import FORMATS, PLANNED, episodes_of, read_npz
+from armsyn.planning.generation.version import differing
 from armsyn.synergy.parallel import checked_workers, each
 
 SCHEMA = "armsyn-reaches-1"
-MANIFEST, REFUSALS, DATASET = "manifest.json", "refusals.csv", "dataset.lerobot"
+MANIFEST, REFUSALS = "manifest.json", "refusals.csv"
 COLUMNS = ("index", "x", "y", "z", "kind", "reason")
 REACHES = "reaches.csv"
 CHANGES, CHANGE_COLUMNS = "changes.csv", ("index", "evened", "swivel_m", "reason")
@@ -146,10 +147,11 @@ def generate(
     Raises
     ------
     InputError
-        Too many reaches or chunks; a folder with other things in it, or that cannot be written;
+        Too many reaches or chunks; a rate that the format cannot say; a folder with other things in it, or that cannot be written;
         workers that do not see it.
     """
     _check_count(order)
+    _check_rate(order)
     with contextlib.nullcontext() if cluster is None else connected(cluster) as client:
         _prepare(order, inputs, resume=resume)
         return _generated(order, inputs, workers, client, on_progress)
@@ -165,7 +167,7 @@ def _generated(
     report = Report(order.recipe.size, order.count)
     missing = []
     for number in range(order.count):
-        if (note := chunks.noted(order, number)) is None:
+        if (note := chunks.checked_note(order, number)) is None:
             missing.append(number)
         else:
             report.add(note)
@@ -174,7 +176,7 @@ def _generated(
             report.add(note)
             made = f"{report.made} reaches, {sum(report.refused.values())} refused"
             on_progress("chunks", report.done, report.chunks, made)
-        if report.complete and order.format == "lerobot":
+        if report.complete and report.made and order.format == "lerobot":
             _gather(order, on_progress)
     except KeyboardInterrupt:
         report.error = StopRequestedError("interrupted")
@@ -223,6 +225,14 @@ def _check_count(order: Order) -> None:
         )
 
 
+def _check_rate(order: Order) -> None:
+    rate = order.recipe.rate_hz
+    if order.format == "lerobot" and not rate.is_integer():
+        raise InputError(
+            f"--format lerobot holds whole frames a second, not {rate:g}: give another --rate"
+        )
+
+
 def _prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
     """Make the folder, or look whether it is one to go on with."""
     folder = Path(order.folder)
@@ -231,11 +241,13 @@ def _prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
     if folder.exists() and any(folder.iterdir()):
         known = token if token.exists() else manifest
         try:
-            digest = json.loads(known.read_text(encoding="utf-8"))["digest"]
+            said = json.loads(known.read_text(encoding="utf-8"))
+            digest, before = said["digest"], dict(said["inputs"])
         except (OSError, ValueError, KeyError, TypeError):
             raise InputError(f"{folder}: has other things in it: name a new folder") from None
         if digest != order.digest:
-            raise InputError(f"{folder}: holds reaches made from something else: name a new folder")
+            other = differing(before, inputs)
+            raise InputError(f"{folder}: holds reaches made from {other}: name a new folder")
         if not token.exists():
             raise InputError(f"{folder}: these reaches are all there: nothing to do")
         if not resume:
@@ -288,8 +300,11 @@ def _finish(order: Order, inputs: Mapping[str, Any], report: Report) -> None:
     try:
         _write_table(order, REFUSALS, COLUMNS, _refusals)
         _write_table(order, CHANGES, CHANGE_COLUMNS, lambda note: note["changed"])
-        _write_reaches(order)
+        if report.complete:
+            _write_reaches(order)
         _write_manifest(order, inputs, report)
+        if not report.complete:  # last: the largest, where a disk may be full
+            _write_reaches(order)
     except InputError as error:  # a full disk: the chunks are there, and so are their notes
         report.error = report.error or error
         return
@@ -331,7 +346,7 @@ def _write_reaches(order: Order) -> None:
 def _write_manifest(order: Order, inputs: Mapping[str, Any], report: Report) -> None:
     whole = order.format == "lerobot" and report.complete
     files = [] if whole else list(_files(order))
-    if whole:
+    if whole and report.made:
         folder = Path(order.folder) / DATASET
         files = [{"file": DATASET, "reaches": report.made, "sha256": chunks.checksum(folder)}]
     manifest = {

@@ -1,0 +1,42 @@
+"""What `armsyn generate` tells, and what its files say to other programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+
+from tests.cli.commands import Outcome
+
+Call = Callable[..., Outcome]
+MINJERK = ("generate", "--arm", "human7", "--plan", "minjerk", "--rate", 50)
+GRID = ("--grid", "0.3:0.35:2", "-0.1", "-0.2:-0.15:2", "--chunk", 2)
+PLACES = [[x, -0.1, z] for x in (0.3, 0.35) for z in (-0.2, -0.15)]
+
+
+def test_a_dataset_has_its_targets_in_numbers_and_one_task(call: Call, tmp_path: Path) -> None:
+    for name, more in (("plain", ()), ("told", ("--task", "touch it"))):
+        done = call(*MINJERK, *GRID, "--format", "lerobot", "--out", tmp_path / name, *more)
+        assert done.status == 0, done.err
+        folder = tmp_path / name / "dataset.lerobot"
+        table = pq.read_table(next(folder.glob("data/*/*.parquet")))
+        episode = np.array(table["episode_index"])
+        target = np.array(table["observation.environment_state"].to_pylist())
+        np.testing.assert_allclose(target, np.array(PLACES)[episode], rtol=1e-6)
+        tasks = pq.read_table(folder / "meta" / "tasks.parquet")["task"].to_pylist()
+        assert tasks == ["touch it" if more else "reach to the target"]
+        rows = (tmp_path / name / "reaches.csv").read_text().splitlines()[1:]
+        assert [list(map(float, row.split(",")[1:4])) for row in rows] == PLACES
+
+
+def test_a_table_has_its_targets_in_its_facts(call: Call, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert call(*MINJERK, *GRID, "--format", "parquet", "--out", out).status == 0
+    table = pq.read_table(out / "reaches-000001.parquet")
+    assert [json.loads(text)["target_m"] for text in table["facts"].unique().to_pylist()] == (
+        PLACES[2:]
+    )
+    assert table["task"].unique().to_pylist() == ["reach to the target"]
