@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from armsyn.arm.allowed_fields import allowed_instead
 from armsyn.arm.calibration import Calibration
 from armsyn.arm.calibration_file import find_calibration, read_calibration, with_calibration
 from armsyn.arm.checks import TIP, check_description
@@ -284,7 +285,8 @@ def parse_arm(text: str, where: str, folder: Path | None = None) -> ArmDescripti
         check_description(description)
     except (ValueError, OverflowError, RecursionError, InputError) as error:
         # Also of numbers with more digits than Python reads
-        raise DescriptionError(f"{where}: {' '.join(str(error).split())}") from error
+        allowed = allowed_instead(str(error), ArmDescription)
+        raise DescriptionError(f"{where}: {' '.join(str(error).split())}{allowed}") from error
     return description
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from armsyn.errors import DescriptionError, meant
 
 ENVIRONMENT_VARIABLE = "ARMSYN_CALIBRATION"
+ATLAS = ".atlas.json"
 SYNERGIES = ".synergies.json"
 HERE = Path("calibration")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
@@ -94,12 +95,16 @@ def find_file(name: str, suffix: str, directory: Path | None = None) -> Path:
         if (place / f"{name}{suffix}").is_file():
             return place / f"{name}{suffix}"
     names = arm_names(directory)
-    cure = f"arms found: {', '.join(names) or 'none'}{meant(name, names)}"
+    cure = f"arms found: {', '.join(names) or 'none'}"
+    if name not in names:
+        cure += meant(name, names)
     other = _elsewhere(name, suffix) if directory is not None and name not in names else None
     if other is not None:
         cure = f"only the folder that is named is searched: copy {other} there"
     elif suffix == SYNERGIES and name in names:
         cure = f"run armsyn learn --arm {name} --captures garza:all, see README.md"
+    elif suffix == ATLAS and name in names:
+        cure = f"run armsyn learn --arm {name} --atlas, see README.md"
     searched = ", ".join(str(place) for place in dict.fromkeys(places))
     raise DescriptionError(f"no {name}{suffix} in {searched} ({cure})")
 

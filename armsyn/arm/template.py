@@ -93,6 +93,11 @@ _TAIL = """\
 # name = "table"
 # point = [0.0, 0.0, 0.0]
 # normal = [0.0, 0.0, 1.0]
+# [[box]]
+# name = "camera"
+# centre = [0.3, 0.6, 0.25]
+# size = [0.05, 0.10, 0.50]    # edges
+# rpy = [0.0, 0.0, 0.0]        # fixed-axis roll, pitch, yaw; may be left out
 """
 
 

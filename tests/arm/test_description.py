@@ -104,6 +104,11 @@ SPOILED = {
     "duplicate ID": ("id = 2", "id = 1", "servo ID 1 is given twice"),
     "ID beyond the bus": ("id = 2", "id = 253", "id"),
     "unknown field": ("id = 2", "id = 2\ncolour = 3", "colour"),
+    "unknown field of a box": (
+        "[tip]",
+        '[[box]]\nname = "camera"\ncenter = [1.0, 0.0, 0.0]\n[tip]',
+        "`center` - at `$.box[0]`; allowed are name, centre, size, rpy; did you mean 'centre'?",
+    ),
     "misspelt field": ("zero_tick = 2048\nrest_tick = 2374", "zero = 2048", "zero"),
     "missing field": ('title = "two joints"', "", "title"),
     "text for a number": ("upper = 1.0", 'upper = "1"', "upper"),
@@ -170,6 +175,17 @@ def test_an_unknown_arm_names_the_known(tmp_path: Path) -> None:
     (tmp_path / "two.toml").write_text(ARM)
     with pytest.raises(DescriptionError, match=r"no nobody\.toml in .* \(arms found: two\)"):
         load_arm("nobody", tmp_path)
+
+
+def test_what_an_arm_has_not_learned_is_not_taken_for_a_misspelt_name(tmp_path: Path) -> None:
+    (tmp_path / "two.toml").write_text(ARM)
+    for suffix, cure in ((".atlas.json", "--arm two --atlas"), (".synergies.json", "--arm two")):
+        with pytest.raises(DescriptionError, match=f"run armsyn learn {cure}") as caught:
+            find_file("two", suffix, tmp_path)
+        assert "did you mean" not in str(caught.value)
+    with pytest.raises(DescriptionError) as caught:
+        find_file("two", ".other", tmp_path)
+    assert "did you mean" not in str(caught.value)
 
 
 def test_a_named_folder_is_searched_alone_and_says_what_it_lacks(tmp_path: Path) -> None:

@@ -33,6 +33,7 @@ def test_what_is_commented_out_can_be_put_in(tmp_path: Path) -> None:
     arm = load_arm("mine", tmp_path)
     assert arm.gripper is not None
     assert [plane.name for plane in arm.plane] == ["table"]
+    assert [box.name for box in arm.box] == ["camera"]
 
 
 def test_a_urdf_is_named_by_the_way_from_the_description_s_folder(tmp_path: Path) -> None:
