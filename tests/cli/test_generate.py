@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+import armsyn
 from armsyn.planning.generation.chunks import NOTES
 from tests.cli.commands import PATIENCE, Outcome, run
 
@@ -70,8 +71,7 @@ def test_the_number_of_workers_leaves_no_trace(whole: Path, tmp_path: Path) -> N
     assert content(tmp_path / "two") == content(whole)
 
 
-@pytest.mark.parametrize("plan", ["latent", "synergy"])
-@pytest.mark.parametrize("arm", ["human7", "widowx_250s"])
+@pytest.mark.parametrize(("arm", "plan"), [("human7", "latent"), ("widowx_250s", "synergy")])
 def test_what_is_learned_leaves_the_same_bytes_in_any_number_of_processes(
     arm: str, plan: str, tmp_path: Path
 ) -> None:
@@ -142,6 +142,7 @@ def test_what_is_stopped_in_any_way_goes_on_where_it_was(
         ((), "give one of"),
         (("--random", 5, *BOX, "--rate", "nan"), "not a finite number"),
         (("--grid", "0:1:100000", "0:1:100000", "0:1:100000"), "more than the 100000000"),
+        (("--random", 5, *BOX, "--format", "lerobot", "--rate", 62.5), "not 62.5: give another"),
         (("--random", 10**12, *BOX), "more than the 100000000 of one generation"),
         (("--random", 1, *BOX, "--repeats", 10**11), "more than the 100000000"),
         (("--random", 10**6, *BOX, "--chunk", 1), "give a --chunk of 10 reaches or more"),
@@ -198,11 +199,20 @@ def test_targets_out_of_reach_are_told_by_index(call: Call, tmp_path: Path) -> N
     assert [row.split(",")[0] for row in rows] == ["index", "2", "3"]
 
 
-def test_when_every_reach_is_refused_it_ends_so(call: Call, tmp_path: Path) -> None:
-    done = call(*generating("--grid", "3", "3", "3", "--out", tmp_path / "out", "--json"))
+@pytest.mark.parametrize("kind", ["npz", "lerobot"])
+def test_when_every_reach_is_refused_it_ends_so(kind: str, call: Call, tmp_path: Path) -> None:
+    beyond = ("--grid", "3", "3", "3", "--format", kind)
+    done = call(*generating(*beyond, "--out", tmp_path / "out", "--json"))
     assert done.status == 4
     assert done.document["error"]["exit_status"] == 4
+    assert "every reach was refused" in done.document["error"]["message"]
     assert done.document["reaches_refused"] == {"unreachable": 1}
+    manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
+    assert manifest["complete"] is True
+    assert manifest["files"] == []
+    assert not (tmp_path / "out" / NOTES).exists()
+    assert manifest["inputs"]["armsyn"] == armsyn.__version__
+    assert len(manifest["inputs"]["sources_sha256"]) == 64
 
 
 @pytest.fixture
