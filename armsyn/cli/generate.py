@@ -38,7 +38,11 @@ if TYPE_CHECKING:
     "--variability", is_flag=True, help="Repeats differ as people's do (start and end stay)."
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
-@click.option("--plan", type=PLANS, help="What makes the reaches  [default: latent]")
+@click.option(
+    "--plan",
+    type=PLANS,
+    help="What makes the reaches  [default: latent; without an atlas only minjerk]",
+)
 @click.option("--out", required=True, type=click.Path(path_type=Path, file_okay=False))
 @click.option("--format", "kind", default="npz", show_default=True, help="See above.")
 @click.option(
@@ -95,6 +99,7 @@ def generate(**options: Any) -> None:
     from armsyn.planning.generation.batch import Recipe
     from armsyn.planning.generation.chunks import Order
     from armsyn.planning.generation.files import TASK, checked_format
+    from armsyn.planning.generation.version import version
 
     kind, task = checked_format(options["kind"]), options["task"] or TASK
     arm = load_arm(options["arm_name"], options["calibration"])
@@ -115,6 +120,7 @@ def generate(**options: Any) -> None:
         **{"start": arm.rest.tolist(), "rate_hz": options["rate"], "format": kind},
         **{"repeats": options["repeats"], "variability": options["variability"]},
         **{"seed": options["seed"], "chunk": options["chunk"], "task": task},
+        **version(),
     }
     out = options["out"].absolute()
     order = Order(recipe, str(out), kind, options["chunk"], running.digest_of(inputs), task)
@@ -127,7 +133,7 @@ def generate(**options: Any) -> None:
             resume=options["resume"],
             on_progress=progress.update,
         )
-    if report.error is None:
+    if report.error is None and not report.found:
         write_run(out / running.MANIFEST)
     _tell(report, options["out"], as_json=options["as_json"])
 
@@ -137,18 +143,25 @@ def _models(
 ) -> tuple[Predictor, Variability | None, dict[str, Any]]:
     """What makes the reaches and their spread, and what the manifest says of both."""
     from armsyn.arm import find_file
-    from armsyn.errors import InputError
+    from armsyn.errors import DescriptionError, InputError
     from armsyn.planning.minimum_jerk import MinimumJerkPredictor
-    from armsyn.planning.planner import ATLAS, DEFAULT_PLAN, MINIMUM_JERK
+    from armsyn.planning.planner import ATLAS, MINIMUM_JERK, default_plan
 
     directory = options["calibration"]
-    plan = options["plan"] or DEFAULT_PLAN
+    plan = options["plan"] or default_plan(arm.name, directory)
     said: dict[str, Any] = {"plan": plan}
     if plan == MINIMUM_JERK and not options["variability"]:
         return MinimumJerkPredictor(arm.chain), None, said
     from armsyn.planning.atlas_file import load_atlas
 
-    file = find_file(arm.name, ATLAS, directory)
+    try:
+        file = find_file(arm.name, ATLAS, directory)
+    except DescriptionError as error:
+        other = "leave out --variability" if plan == MINIMUM_JERK else f"use --plan {MINIMUM_JERK}"
+        raise DescriptionError(
+            f"no {arm.name}{ATLAS} was found: learn it by armsyn learn --arm {arm.name} --atlas, or"
+            f" {other}"
+        ) from error
     atlas = load_atlas(file, arm)
     said["atlas_sha256"] = _hash_of_file(file)
     predictor = MinimumJerkPredictor(arm.chain) if plan == MINIMUM_JERK else atlas.predictor(plan)
@@ -224,6 +237,8 @@ def _tell(report: Report, out: Path, *, as_json: bool) -> None:
 
 
 def _print(report: Report, out: Path) -> None:
+    if report.found:
+        click.echo(f"{out}: all there, nothing left to do")
     refused = ", ".join(f"{count} {kind}" for kind, count in sorted(report.refused.items()))
     click.echo(
         f"{out}: {report.made} of {report.asked} reaches, {report.frames} frames; planned, not"

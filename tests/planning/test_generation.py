@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import armsyn
 from armsyn.arm import load_arm
 from armsyn.errors import ArmFaultError, InputError, StopRequestedError
 from armsyn.motion import Motion
@@ -24,6 +25,7 @@ from armsyn.planning.generation.batch import Recipe, make_batch
 from armsyn.planning.generation.chunks import Order
 from armsyn.planning.generation.running import digest_of, generate
 from armsyn.planning.generation.targets import ListedTargets, RandomTargets
+from armsyn.planning.generation.version import ROOMS, version
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor
 from armsyn.safety import check_trajectory
 from armsyn.synergy.parallel import each
@@ -255,6 +257,33 @@ def test_a_finished_chunk_that_has_changed_since_is_made_again(
     report = generate(order(folder, kind), INPUTS, workers=1, resume=True)
     assert report.complete
     assert content(folder) == content(whole)
+
+
+def test_a_part_made_by_another_armsyn_is_not_gone_on_with(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    old, now = ({**INPUTS, "armsyn": "0.0.1", "sources_sha256": "a"}, {**INPUTS, **version()})
+    first = dataclasses.replace(order(folder), digest=digest_of(old))
+    assert generate(first, old, workers=1).complete
+    other = dataclasses.replace(order(folder), digest=digest_of(now))
+    with pytest.raises(InputError, match=r"made from another armsyn \(0\.0\.1; this is"):
+        generate(other, now, workers=1, resume=True)
+    with pytest.raises(
+        InputError, match=r"made from something else \(armsyn, sources_sha256, what"
+    ):
+        generate(other, {**now, "what": "else"}, workers=1, resume=True)
+
+
+def test_the_sources_that_make_reaches_are_told_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for room in ROOMS:
+        (tmp_path / room).mkdir()
+        (tmp_path / room / "a.py").write_text("x = 1\n")
+    monkeypatch.setattr(armsyn, "__file__", str(tmp_path / "__init__.py"))
+    before = version()
+    assert version() == before
+    (tmp_path / ROOMS[2] / "a.py").write_text("x = 2\n")
+    assert version() != before
 
 
 def test_another_generation_or_other_files_are_not_mixed_in(made: Path, tmp_path: Path) -> None:

@@ -59,6 +59,8 @@ class Report:
         Refused reaches by kind.
     error : ArmsynError or None
         What it ended by, before all was done.
+    found : bool
+        Whether all of it was there already.
     """
 
     asked: int
@@ -72,6 +74,7 @@ class Report:
     swivelled: int = 0
     refused: Counter[str] = field(default_factory=Counter)
     error: ArmsynError | None = None
+    found: bool = False
 
     @property
     def complete(self) -> bool:
@@ -147,11 +150,13 @@ def generate(
     Raises
     ------
     InputError
-        Too many reaches or chunks; a rate that the format cannot say; a folder with other things in it, or that cannot be written;
-        workers that do not see it.
+        Too many reaches or chunks; a rate that the format cannot say; a folder with other things in
+        it, or that cannot be written; workers that do not see it.
     """
     _check_count(order)
     _check_rate(order)
+    if resume and (finished := _all_there(order)) is not None:
+        return finished
     with contextlib.nullcontext() if cluster is None else connected(cluster) as client:
         _prepare(order, inputs, resume=resume)
         return _generated(order, inputs, workers, client, on_progress)
@@ -264,6 +269,30 @@ def _prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
         said = {"digest": order.digest, "inputs": inputs}
         temporary.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
     _reserve(order)
+
+
+def _all_there(order: Order) -> Report | None:
+    """Return the report of a folder that holds all of this order; None of any other."""
+    folder = Path(order.folder)
+    try:
+        said = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        if said["digest"] != order.digest or not said["complete"] or (folder / NOTES).exists():
+            return None
+        lost = [entry["file"] for entry in said["files"] if not (folder / entry["file"]).exists()]
+        report = Report(said["reaches_asked"], order.count, said["reaches_made"], order.count)
+        report.frames, report.slowed = said["frames"], said["mean_time_scale"]
+        report.outside = said["outside_captured_workspace"]
+        report.evened = said["reaches_evened"]
+        report.swivelled = said["reaches_with_another_swivel"]
+        report.refused = Counter(said["reaches_refused"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    if lost:
+        raise InputError(
+            f"{folder}: {lost[0]} is missing, which its manifest has: name a new folder"
+        )
+    report.found = True
+    return report
 
 
 def _reserve(order: Order) -> None:
