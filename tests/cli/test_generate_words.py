@@ -40,3 +40,24 @@ def test_a_table_has_its_targets_in_its_facts(call: Call, tmp_path: Path) -> Non
         PLACES[2:]
     )
     assert table["task"].unique().to_pylist() == ["reach to the target"]
+
+
+def test_what_is_all_there_is_told_so_and_left_alone(call: Call, tmp_path: Path) -> None:
+    asked = (*MINJERK, *GRID, "--out", tmp_path / "out")
+    first = call(*asked, "--json")
+    before = {path: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    done = call(*asked, "--resume")
+    assert done.status == 0, done.err
+    assert "all there" in done.out
+    assert call(*asked, "--resume", "--json").document == first.document
+    assert {path: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
+    (tmp_path / "out" / "reaches-000001.npz").unlink()
+    call(*asked, "--resume").refused(2, "reaches-000001.npz is missing")
+
+
+def test_an_arm_without_an_atlas_is_told_what_to_do(call: Call, tmp_path: Path) -> None:
+    asked = ("generate", "--arm", "reachy_right", *GRID, "--out", tmp_path / "out")
+    done = call(*asked)
+    done.refused(2, "armsyn learn --arm reachy_right --atlas, or use --plan minjerk")
+    assert "did you mean" not in done.err
+    call(*asked, "--plan", "minjerk", "--variability").refused(2, "leave out --variability")
