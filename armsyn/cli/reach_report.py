@@ -155,7 +155,8 @@ def _leg(
         "planned_error_m": planned.error_m,
         "swivel_m": planned.swivel_m,
         "evened": planned.evened,
-        "refused": planned.refused or None,
+        "first_refused": planned.refused or None,
+        "planned_speed_peaks": _planned_peaks(planned),
         "orientation": _asked(planned.orientation),
         "orientation_error_rad": None,
     }
@@ -178,6 +179,14 @@ def _leg(
     except InputError as error:
         document["not_measured"] = str(error)
     return document
+
+
+def _planned_peaks(planned: PlannedReach) -> int | None:
+    """How often the planned hand speeds up; None for a hand that stays."""
+    try:
+        return measure(planned.trajectory).speed_peaks
+    except InputError:
+        return None
 
 
 def _asked(orientation: HandOrientation | None) -> dict[str, list[float]] | None:
@@ -241,9 +250,12 @@ def _leg_text(name: str, leg: dict[str, Any]) -> str:
     if leg["captured_rank"]:
         lines.append(f"  ({leg['captured_rank']} nearer learned reaches would miss the target)")
     if leg["movement_time_s"] is not None:
+        # A rule's own time is no person's: nothing captured tells it
+        known = leg["plan"] != "minjerk"
+        person = f" (a person: {leg['predicted_time_s']:.2f} s)" if known else ""
         beside = "" if leg["captured_r"] is None else f", with the capture {leg['captured_r']:.2f}"
         lines.append(
-            f"  {leg['movement_time_s']:.2f} s (a person: {leg['predicted_time_s']:.2f} s),"
+            f"  {leg['movement_time_s']:.2f} s{person},"
             f" {leg['speed_peaks']} speed peak(s), peak at"
             f" {leg['time_to_peak']:.2f} of the time, peak/mean {leg['peak_over_mean']:.2f};"
             f" r with minimum jerk {leg['min_jerk_r']:.2f}{beside}; SPARC {leg['sparc']:.2f}"

@@ -34,7 +34,7 @@ class PlannedReach:
     time_scale : float
         kappa, how much slower than a person.
     duration_s : float
-        How long a person would take, as the planner predicts, s.
+        How long a person would take, as the planner predicts, s; of ``minjerk`` a rule's time.
     error_m : float
         From the planned end of the hand to the target, m.
     outside_m : float or None
@@ -46,7 +46,7 @@ class PlannedReach:
         How much of every joint's way is minimum jerk, 0 to 1, where as predicted the hand would
         speed up more than once, or no way was free.
     refused : str
-        Why the motion as predicted was, if it was.
+        Why the motion as predicted was refused, if it was: what was planned instead is not.
     learned : LearnedReach or None
         The nearest captured reach; of ``synergy`` the one whose synergy it uses.
     synergy : SynergySet or None

@@ -123,7 +123,9 @@ def planner_for(
     if ik or model:
         raise InputError(f"optimisers and synergy models are of --plan {SYNERGY}, not of {plan}")
     predictor = (
-        MinimumJerkPredictor(arm.chain) if plan == MINIMUM_JERK else _of_atlas(arm, plan, directory)
+        _by_minimum_jerk(arm, directory)
+        if plan == MINIMUM_JERK
+        else _of_atlas(arm, plan, directory)
     )
     return MotionPlanner(arm, predictor, _captured(arm, directory))
 
@@ -137,6 +139,17 @@ def _of_atlas(arm: ArmDescription, plan: str, directory: Path | None) -> Predict
     from armsyn.planning.atlas_file import load_atlas  # noqa: PLC0415  the others need none
 
     return load_atlas(_found(arm.name, ATLAS, directory), arm).predictor(plan)
+
+
+def _by_minimum_jerk(arm: ArmDescription, directory: Path | None) -> Predictor:
+    """With the captured workspace, where an atlas knows it."""
+    hull = None
+    if _has(arm.name, ATLAS, directory):
+        try:
+            hull = getattr(_of_atlas(arm, DEFAULT_PLAN, directory), "hull", None)
+        except InputError:  # damaged, or of another arm: not needed to plan
+            hull = None
+    return MinimumJerkPredictor(arm.chain, hull=hull)
 
 
 def _captured(arm: ArmDescription, directory: Path | None) -> NearestReaches | None:

@@ -89,6 +89,9 @@ def test_a_plan_without_captures_with_the_hand_turned(call: Call, calibration: P
     assert document["planned_error_m"] < 0.001
     assert document["predicted_time_s"] * document["time_scale"] < document["planned_time_s"] + 0.02
     assert json.dumps(document, allow_nan=False)
+    assert document["planned_speed_peaks"] >= 1
+    assert "refused" not in document
+    assert "first_refused" in document
 
 
 def test_the_raw_controller_needs_nothing_learned(call: Call, calibration: Path) -> None:
