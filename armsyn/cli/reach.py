@@ -110,7 +110,7 @@ def reach(**options: Any) -> None:
     """
     from armsyn.cli.reach_plot import draw_speeds
     from armsyn.cli.reach_report import report
-    from armsyn.cli.reach_run import run
+    from armsyn.cli.reach_run import run, telling_of_compilation, warm_up
     from armsyn.driver import check_recording_path, save_recording
     from armsyn.errors import InputError
     from armsyn.planning import planner_for
@@ -120,15 +120,19 @@ def reach(**options: Any) -> None:
     arm = arm_of(options).slowed(options["slower"])
     orientation = _orientation(options)
     model = "A" if options["raw"] else options["model"]
-    planner = planner_for(arm, options["plan"], directory, ik=options["ik"], model=model)
-    if not getattr(planner, "complete", True):
-        click.echo(f"learning of {name}'s synergies was interrupted: run armsyn learn", err=True)
     if options["record"]:
         check_recording_path(options["record"])
     with ExitStack() as stack:
-        port = options["port"] or stack.enter_context(started(arm, directory, options["plant"]))
-        simulated = not options["port"]
-        _say_port(arm, port, simulated=simulated, options=options)
+        with telling_of_compilation():
+            planner = planner_for(arm, options["plan"], directory, ik=options["ik"], model=model)
+            if not getattr(planner, "complete", True):
+                click.echo(
+                    f"learning of {name}'s synergies was interrupted: run armsyn learn", err=True
+                )
+            port = options["port"] or stack.enter_context(started(arm, directory, options["plant"]))
+            simulated = not options["port"]
+            _say_port(arm, port, simulated=simulated, options=options)
+            warm_up(planner, orientation, options)
         done = run(planner, orientation, port, options, simulated=simulated)
     # However the arm was left is said first; what could not be written comes after it
     failed: list[InputError] = []

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 import numpy as np
+from numba.core.event import Event, Listener, install_listener
 
 from armsyn.cli.moving import with_progress
 from armsyn.cli.stream_report import keep
 from armsyn.driver import ArmMonitor, ArmSession, still_posture, straight_way
+from armsyn.errors import ArmsynError
 from armsyn.planning import HandOrientation, PlannedReach, Planner, concatenated
 
 if TYPE_CHECKING:
@@ -21,6 +26,9 @@ if TYPE_CHECKING:
 
 OUTSIDE_M = 1e-3
 """A target that is this far outside what was captured is told to be."""
+
+PATIENCE_S = 2.0
+"""Of less compilation than that nothing is said."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +62,53 @@ class _Plan(NamedTuple):
     back: PlannedReach | None
     trajectory: Motion
     park: Motion | None
+
+
+class _Teller(Listener):
+    """Says once that something is compiled, if that takes long; what is cached is not."""
+
+    def __init__(self) -> None:
+        words = "compiling what plans reaches (once; a minute or two)"
+        self.timer = threading.Timer(PATIENCE_S, click.echo, (words,), {"err": True})
+        self.timer.daemon = True
+
+    def on_start(self, event: Event) -> None:
+        """A compilation begins."""
+        del event
+        if self.timer.ident is None:
+            self.timer.start()
+
+    def on_end(self, event: Event) -> None:
+        """A compilation ends: nothing to be said."""
+
+
+@contextmanager
+def telling_of_compilation() -> Iterator[None]:
+    """Say on standard error that kernels are compiled, when they are and it takes long."""
+    teller = _Teller()
+    with install_listener("numba:compile", teller):
+        try:
+            yield
+        finally:
+            teller.timer.cancel()
+
+
+def warm_up(planner: Planner, orientation: HandOrientation | None, options: dict[str, Any]) -> None:
+    """Plan once from rest, so that nothing is left to compile while a port is open.
+
+    Parameters
+    ----------
+    planner : Planner
+    orientation : HandOrientation or None
+        Of the hand at the target.
+    options : dict
+        Of the command.
+    """
+    arm = planner.arm
+    # What is refused from rest is judged again, and said, from where the arm is
+    with suppress(ArmsynError):
+        out = planner.plan(arm.rest, np.array(options["target"]), orientation=orientation)
+        straight_way(out.angles[-1], arm.rest, arm, options["rate_hz"])
 
 
 def run(
