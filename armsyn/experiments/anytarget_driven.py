@@ -28,7 +28,7 @@ SAME_RAD = 0.01
 """A motion whose joints are all this near to the predicted one is unchanged."""
 _WAYS = (
     "as predicted",
-    "bent into the joints' ranges",
+    "not evened: bent or retimed",
     *(f"evened by {share:.0%}" for share in SHARES),
     "another swivel",
     "another swivel, evened",
@@ -125,7 +125,7 @@ def way_of(done: Finished, predicted: FloatArray) -> str:
     if done.evened:
         return f"evened by {done.evened:.0%}"
     is_same = np.abs(over_phase(done) - predicted).max() <= SAME_RAD
-    return "as predicted" if is_same else "bent into the joints' ranges"
+    return "as predicted" if is_same else "not evened: bent or retimed"
 
 
 def _held(people: People, angles: FloatArray, duration: float) -> float:
