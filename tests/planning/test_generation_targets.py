@@ -68,10 +68,10 @@ def test_a_file_may_say_where_reaches_start(tmp_path: Path) -> None:
         ("0.1 0.2 nan\n", "line 1: 'nan' is not a finite number"),
         ("nan nan nan\n", "line 1: a target is 3 finite numbers"),
         ("0.1,0.2,1e999\n", "line 1: '1e999' is not a finite number"),
-        ("x,y,w\n0,0,0\n", "line 1: columns are x, y, z"),
-        ("x,y,z,first\n0,0,0,0\n", "second does not fit"),
-        ("x,y,z,first,first\n0,0,0,0,0\n", "does not fit"),
-        ("0.1;0.2;0.3\n", "line 1: 1 numbers, expected x y z"),
+        ("x,y,w\n0,0,0\n", "line 1: z is missing; w is unknown; columns are x, y, z"),
+        ("x,y,z,first\n0,0,0,0\n", "second is missing; columns"),
+        ("x,y,z,first,first\n0,0,0,0,0\n", "first is there twice"),
+        ("0.1;0.2;0.3\n", "line 1: separate numbers by commas or blanks"),
         ("x,y,z\n", "no targets in it"),
         ("", "no targets in it"),
         (b"\xff\xfe\x00\x01", "not a text file"),
@@ -161,3 +161,26 @@ def test_random_targets_fill_the_hull_and_nothing_else() -> None:
     assert (drawn.some(700, 703)[0] == targets[700:703]).all()
     other = RandomTargets(10, 10, drawn.lower, drawn.upper, drawn.hull)
     assert not (other.some(0, 10)[0] == targets[:10]).any()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("x,y\n0.3,0\n", "line 1: z is missing; columns are x, y, z"),
+        ("x,y,depth\n0.3,0,0\n", "line 1: z is missing; depth is unknown; columns"),
+        ("x,y,z,a\n0.3,0,0,1\n", "line 1: b is missing; columns"),
+        ("x,y,z,z\n0.3,0,0,1\n", "z is there twice"),
+        ("0.3;0;0.1\n", "not by ';'"),
+        ("x;y;z\n0,3;0;0,1\n", "not by ';'"),
+        ("0,3 0,1 0,2\n", "with decimal points"),
+        ("350 -100 200\n300 100 200\n", "the nearest target is 300 m away: targets are metres"),
+    ],
+)
+def test_a_file_of_another_kind_is_told_what_is_wrong_with_it(
+    text: str, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "targets.csv"
+    path.write_text(text)
+    with pytest.raises(FormatError) as caught:
+        read_targets(path, ("a", "b"))
+    assert said in str(caught.value)

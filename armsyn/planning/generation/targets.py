@@ -19,6 +19,8 @@ from armsyn.planning.hull import Hull
 FloatArray = NDArray[np.float64]
 
 LONGEST_LINE = 10_000
+FARTHEST_M = 20.0
+"""No arm is as long: when every target is beyond, other units than metres are meant."""
 TRIES = 16
 """Places that are drawn for a random target; the first inside the captured workspace is taken."""
 
@@ -222,6 +224,11 @@ def read_targets(path: Path, joints: tuple[str, ...]) -> ListedTargets:
     if not numbers or columns is None:
         raise FormatError(f"{path}: no targets in it")
     table = np.frombuffer(numbers, dtype=np.float64).reshape(-1, len(columns))
+    if (nearest := float(np.abs(table[:, :3]).max(axis=1).min())) > FARTHEST_M:
+        raise FormatError(
+            f"{path}: the nearest target is {nearest:g} m away: targets are metres, these look like"
+            " millimetres or centimetres"
+        )
     return ListedTargets(table[:, :3], table[:, 3:] if len(columns) > 3 else None)
 
 
@@ -248,24 +255,38 @@ def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 def _columns(where: str, fields: list[str], joints: tuple[str, ...]) -> tuple[list[int], bool]:
     """Column of x, y, z and of every joint, and whether this line names them."""
+    if any(";" in field for field in fields):
+        raise FormatError(
+            f"{where}: separate numbers by commas or blanks, not by ';', and write decimals with a"
+            " point (0.35)"
+        )
     if not all(field and not field[0].isdigit() and field[0] not in "+-." for field in fields):
         if len(fields) == 3:
             return [0, 1, 2], False
         raise FormatError(
-            f"{where}: {len(fields)} numbers, expected x y z in metres; further columns need a"
-            " first line that names them"
+            f"{where}: {len(fields)} numbers, expected x y z in metres, with decimal points;"
+            " further columns need a first line that names them"
         )
     if any(field.lower() in ("nan", "inf", "infinity") for field in fields):
         raise FormatError(f"{where}: a target is 3 finite numbers of metres")
     names = [field.lower() if field.lower() in ("x", "y", "z") else field for field in fields]
     wanted = ["x", "y", "z", *joints] if len(names) > 3 else ["x", "y", "z"]
     if sorted(names) != sorted(wanted):
-        odd = sorted(set(names) ^ set(wanted))
         raise FormatError(
-            f"{where}: columns are x, y, z, or those and all joints of the arm"
-            f" ({', '.join(joints)}); {', '.join(odd)[:100] or 'one is there twice'} does not fit"
+            f"{where}: {_misfit(names, wanted)}; columns are x, y, z, or those and all joints of"
+            f" the arm ({', '.join(joints)})"
         )
     return [names.index(name) for name in wanted], True
+
+
+def _misfit(names: list[str], wanted: list[str]) -> str:
+    """What of the names of columns is missing, unknown or there twice."""
+    found = {
+        "is missing": [name for name in wanted if name not in names],
+        "is unknown": [name for name in dict.fromkeys(names) if name not in wanted],
+        "is there twice": sorted({name for name in names if names.count(name) > 1}),
+    }
+    return "; ".join(f"{', '.join(odd)[:100]} {what}" for what, odd in found.items() if odd)
 
 
 def _number(where: str, text: str) -> float:
