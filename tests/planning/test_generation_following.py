@@ -67,7 +67,8 @@ def check_each(recipe: Recipe, batch: Batch) -> None:
 def test_what_is_generated_is_what_is_planned(name: str, plan: str) -> None:
     arm = load_arm(name, calibrated=False)
     predictor, _ = learned(arm, plan)
-    recipe = Recipe(arm, predictor, wild(arm, predictor, 2), arm.rest, 100.0)
+    asked = wild(arm, predictor, 2)
+    recipe = Recipe(arm, predictor, asked, arm.rest, 100.0)
     batch = make_batch(recipe, 0, ASKED)
     check_each(recipe, batch)
     assert 10 < len(batch.index) < ASKED
@@ -75,7 +76,8 @@ def test_what_is_generated_is_what_is_planned(name: str, plan: str) -> None:
     changed = {change.index: change for change in batch.changed}
     refused = {refusal.index: refusal for refusal in batch.refused}
     planner = MotionPlanner(arm, predictor)
-    goals, starts = recipe.targets.targets, recipe.targets.starts
+    goals, starts = asked.targets, asked.starts
+    assert starts is not None
     refusals = []
     for index in range(ASKED):
         try:

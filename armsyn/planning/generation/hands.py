@@ -80,6 +80,14 @@ def fill_velocity(path: FloatArray, rate: float, measure: Measure, velocity: Flo
     """Fill central differences, shape (samples, 3), of a hand's path at `rate`, between rests."""
     last = path.shape[0] - 1
     stretch = rate / measure.rate
+    if stretch == 1.0:
+        velocity[:] = 0.0
+        for i in range(-1, last + 2):
+            before, after = max(i - 1, 0), min(i + 1, last)
+            for k in range(3):
+                moved = path[after, k] - path[before, k]
+                velocity[i + measure.rest, k] = 0.5 * measure.rate * moved
+        return
     for i in range(velocity.shape[0]):
         for k in range(3):
             velocity[i, k] = 0.0
@@ -100,15 +108,18 @@ def low_pass(values: FloatArray, measure: Measure) -> None:
     size = values.shape[0]
     b0, a1, a2 = measure.gain, measure.last, measure.before
     for way in range(2):
-        state = np.zeros((2, 3))
+        one0 = one1 = one2 = two0 = two1 = two2 = 0.0  # names, which stay in registers
         for step in range(size):
             i = step if way == 0 else size - 1 - step
-            for k in range(3):
-                x = values[i, k]
-                y = b0 * x + state[0, k]
-                state[0, k] = 2.0 * b0 * x - a1 * y + state[1, k]
-                state[1, k] = b0 * x - a2 * y
-                values[i, k] = y
+            u0, u1, u2 = b0 * values[i, 0], b0 * values[i, 1], b0 * values[i, 2]
+            y0, y1, y2 = u0 + one0, u1 + one1, u2 + one2
+            one0, one1, one2 = (
+                2.0 * u0 - a1 * y0 + two0,
+                2.0 * u1 - a1 * y1 + two1,
+                2.0 * u2 - a1 * y2 + two2,
+            )
+            two0, two1, two2 = u0 - a2 * y0, u1 - a2 * y1, u2 - a2 * y2
+            values[i, 0], values[i, 1], values[i, 2] = y0, y1, y2
 
 
 @kernel
