@@ -61,3 +61,15 @@ def test_an_arm_without_an_atlas_is_told_what_to_do(call: Call, tmp_path: Path) 
     done.refused(2, "armsyn learn --arm reachy_right --atlas, or use --plan minjerk")
     assert "did you mean" not in done.err
     call(*asked, "--plan", "minjerk", "--variability").refused(2, "leave out --variability")
+
+
+def test_a_reach_of_a_chunk_is_read_as_a_motion(call: Call, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert call(*MINJERK, *GRID, "--out", out).status == 0
+    file = out / "reaches-000001.npz"
+    call("motion", "info", f"{file}#0").refused(2, "no motion '0' in it; there are 2, 3")
+    done = call("motion", "convert", f"{file}#3", tmp_path / "one.npz")
+    assert done.status == 0, done.err
+    with np.load(file) as chunk, np.load(tmp_path / "one.npz") as one:
+        np.testing.assert_array_equal(one["angles_rad"], chunk["angles"][chunk["first"][1] :])
+        np.testing.assert_allclose(np.diff(one["time_s"]), 0.02, rtol=1e-9)

@@ -25,6 +25,7 @@ from armsyn.motion.formats import (
     mcap_format,
     npz_bodies,
     npz_format,
+    npz_reaches,
     parquet_format,
     parquet_read,
     trc,
@@ -77,10 +78,20 @@ class Format(NamedTuple):
     takes: Callable[[Path], tuple[str, ...]] | None = None
 
 
+def _takes_npz(path: Path) -> tuple[str, ...]:
+    with opened(path) as archive:
+        if npz_reaches.is_reaches(archive):
+            return npz_reaches.takes(archive)
+    return npz_bodies.takes(path)
+
+
 def _read_npz(path: Path, options: ReadOptions) -> Reading:
     """Read a motion of our own, or one of the skeletons in an archive."""
     with opened(path) as archive:
         of_bodies = npz_bodies.is_body(archive.keys)
+        of_reaches = not of_bodies and npz_reaches.is_reaches(archive)
+    if of_reaches and not options.given() - {"take"}:
+        return npz_reaches.read(path, options)
     if of_bodies:
         return npz_bodies.read(path, options)
     if options.given():
@@ -100,7 +111,7 @@ FORMATS: dict[str, Format] = {
         *("numpy archive", _read_npz, frozenset({"up"})),
         write=npz_format.write,
         write_body=npz_bodies.write,
-        takes=npz_bodies.takes,
+        takes=_takes_npz,
     ),
     ".parquet": Format(
         *("parquet table", parquet_read.read),

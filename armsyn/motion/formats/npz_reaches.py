@@ -1,0 +1,65 @@
+"""Reaches in a chunk of `armsyn generate`, a numpy archive: one is read as ``FILE#INDEX``.
+
+Keys: ``schema`` ("armsyn-reaches-1"), ``joints``, ``rate_hz``, ``index`` (of each reach), ``first``
+(frame where each begins, the last where all end) and ``angles`` (all frames, rad or m).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from armsyn.errors import FormatError
+from armsyn.motion.formats.archive import Archive, opened
+from armsyn.motion.formats.npz_bodies import chosen
+from armsyn.motion.formats.options import Reading, ReadOptions
+from armsyn.motion.motion import Motion
+
+SCHEMA = "armsyn-reaches-1"
+
+
+def is_reaches(archive: Archive) -> bool:
+    """Return whether an archive is a chunk of reaches."""
+    return {"schema", "angles", "first"} <= archive.keys and archive.text("schema") == SCHEMA
+
+
+def takes(archive: Archive) -> tuple[str, ...]:
+    """Return the indices of the reaches in it, as texts."""
+    return tuple(f"{index:.0f}" for index in archive.numbers("index").ravel())
+
+
+def read(path: Path, options: ReadOptions) -> Reading:
+    """Read one reach.
+
+    Parameters
+    ----------
+    path : Path
+    options : ReadOptions
+        `take` is heard.
+
+    Returns
+    -------
+    Reading
+
+    Raises
+    ------
+    FormatError
+        When it is damaged, or the reach is not in it; the message names some that are.
+    """
+    with opened(path) as archive:
+        there = takes(archive)
+        take = chosen(options.take, there, path)
+        row, first = there.index(take), archive.numbers("first").ravel()
+        rate, angles = archive.numbers("rate_hz").ravel(), archive.numbers("angles")
+        joints = archive.names("joints")
+    if first.size != len(there) + 1 or not (
+        rate.size == 1 and rate[0] > 0.0 and 0 <= first[row] < first[row + 1] <= len(angles)
+    ):
+        raise FormatError(f"{path}: 'first' or 'rate_hz' does not fit the reaches: it is damaged")
+    part = angles[int(first[row]) : int(first[row + 1])]
+    try:
+        motion = Motion(np.arange(len(part)) / rate[0], joints, part, source=f"{path.name}#{take}")
+    except FormatError as error:
+        raise FormatError(f"{path}: {error}") from error
+    return Reading(motion, {"reach": take, "kind": "planned"})
