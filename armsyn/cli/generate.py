@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     default=200.0,
     show_default=True,
     metavar="HZ",
-    help="Frames a second; limits are checked between these frames.",
+    help="Frames a second; limits are held at 200 or more, also where fewer are written.",
 )
 @click.option(
     "--chunk", type=click.IntRange(1, 100_000), default=2000, show_default=True, metavar="REACHES"

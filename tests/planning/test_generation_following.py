@@ -68,7 +68,7 @@ def test_what_is_generated_is_what_is_planned(name: str, plan: str) -> None:
     arm = load_arm(name, calibrated=False)
     predictor, _ = learned(arm, plan)
     asked = wild(arm, predictor, 2)
-    recipe = Recipe(arm, predictor, asked, arm.rest, 100.0)
+    recipe = Recipe(arm, predictor, asked, arm.rest, 200.0)
     batch = make_batch(recipe, 0, ASKED)
     check_each(recipe, batch)
     assert 10 < len(batch.index) < ASKED
@@ -81,7 +81,7 @@ def test_what_is_generated_is_what_is_planned(name: str, plan: str) -> None:
     refusals = []
     for index in range(ASKED):
         try:
-            planned = planner.plan(starts[index], goals[index], 100.0)
+            planned = planner.plan(starts[index], goals[index], 200.0)
         except RefusedMotionError as error:
             kinds = [kind for of, kind in KINDS if isinstance(error, of)]
             refusals.append((refused[index].kind, kinds[0]))

@@ -12,7 +12,7 @@ from armsyn.errors import CollisionError, LimitError, RefusedMotionError, Unreac
 from armsyn.planning.checking import checked_start
 from armsyn.planning.evenness import UnevenError
 from armsyn.planning.generation.following import follow
-from armsyn.planning.generation.pacing import Paced, joined
+from armsyn.planning.generation.pacing import Paced, joined, thinned, thinning
 from armsyn.planning.generation.targets import Targets
 from armsyn.planning.generation.variability import Variability
 from armsyn.planning.motion_planner import THERE_M
@@ -44,6 +44,7 @@ class Recipe:
     start : array, shape (n,)
         Where reaches start, unless the targets say, rad or m.
     rate_hz : float
+        Frames a second; limits hold at `armsyn.planning.generation.pacing.LEAST_HZ` or more.
     repeats : int
         Reaches to every target, one after another.
     seed : int
@@ -169,10 +170,12 @@ def make_batch(recipe: Recipe, first: int, last: int) -> Batch:
     if there.any() or not finite.all():  # these stay where they are
         angles = np.where((finite & ~there)[:, None, None], angles, starts[:, None])
         durations = np.where(finite, durations, 1.0)
-    found = follow(arm, angles, durations, targets, recipe.rate_hz)
+    step = thinning(recipe.rate_hz)
+    found = follow(arm, angles, durations, targets, step * recipe.rate_hz)
     refused = {**found.refused, **barred, **_not_finite(finite)}
     rows = np.array([row for row in range(last - first) if row not in refused], dtype=np.intp)
-    paced = joined(found.paths, found.scales, rows, recipe.rate_hz, arm.chain.dof)
+    paths = [None if path is None else thinned(path, step) for path in found.paths]
+    paced = joined(paths, found.scales, rows, recipe.rate_hz, arm.chain.dof)
     return Batch(
         index[rows],
         targets[rows],

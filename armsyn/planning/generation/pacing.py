@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,6 +18,9 @@ IntArray = NDArray[np.int64]
 
 SHORTEST_S = 0.02
 """No reach is taken to be shorter."""
+
+LEAST_HZ = 200.0
+"""Rate at which limits are held at least: between coarser frames a motion could break them."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +92,31 @@ def pace(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz
     paths = np.empty((int(first[-1]), motions.shape[2]))
     reaches.sample_reaches(motions, slopes, bends, ramps, first, paths)
     return Paced(paths, first, scales, rate_hz)
+
+
+def thinning(rate_hz: float) -> int:
+    """Return how many frames to plan for every one that is wanted, for `LEAST_HZ` or more."""
+    return max(1, math.ceil(LEAST_HZ / rate_hz))
+
+
+def thinned(path: FloatArray, step: int) -> FloatArray:
+    """Return every so many frames of a reach, and its end, at which the arm rests till the next.
+
+    Parameters
+    ----------
+    path : array, shape (frames, n)
+    step : int
+
+    Returns
+    -------
+    array, shape (fewer frames, n)
+        Of the same motion, its end held for less than `step` frames; so speeds, accelerations and
+        jerks over these frames are means of those over the finer ones, and no greater.
+    """
+    if step == 1:
+        return path
+    some = path[::step]
+    return some if (len(path) - 1) % step == 0 else np.concatenate([some, path[-1:]])
 
 
 def joined(
