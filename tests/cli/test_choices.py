@@ -31,7 +31,7 @@ def test_what_is_no_number_within_the_bounds_is_refused(text: str) -> None:
 def test_no_option_of_any_command_takes_nan_for_a_number_within_its_bounds() -> None:
     bounded = [
         option.type
-        for command in commands(cli, click.Context(cli))  # type: ignore[arg-type]
+        for command in commands(cli, click.Context(cli))
         for option in command.params
         if isinstance(option.type, click.FloatRange)
     ]

@@ -291,7 +291,11 @@ def test_another_generation_or_other_files_are_not_mixed_in(made: Path, tmp_path
     with pytest.raises(InputError, match="something else"):
         generate(other, INPUTS, workers=1, resume=True)
     with pytest.raises(InputError, match="nothing to do"):
-        generate(order(made), INPUTS, workers=1, resume=True)
+        generate(order(made), INPUTS, workers=1)
+    found = generate(order(made), INPUTS, workers=1, resume=True)
+    assert found.complete
+    assert found.found
+    assert found.made + sum(found.refused.values()) == SIZE
     (tmp_path / "mine.txt").write_text("mine")
     with pytest.raises(InputError, match="other things"):
         generate(order(tmp_path), INPUTS, workers=1)
