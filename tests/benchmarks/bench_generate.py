@@ -198,9 +198,8 @@ def cluster(workers: int) -> Iterator[str]:
         try:
             yield address
         finally:
-            for process in reversed(started):
-                process.terminate()
-            for process in reversed(started):
+            for process in reversed(started):  # killed, for they wait long for one another else
+                process.kill()
                 process.wait()
 
 
