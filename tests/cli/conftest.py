@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from armsyn.arm import load_arm
 from armsyn.cli.main import main
+from armsyn.planning import PLANS, planner_for
 from tests.cli.commands import Outcome
 
 CALIBRATION = Path(__file__).resolve().parents[2] / "calibration"
@@ -38,3 +40,11 @@ def call(
 def calibration(tmp_path: Path) -> Path:
     """A copy of the arms' files to damage."""
     return Path(shutil.copytree(CALIBRATION, tmp_path / "calibration"))
+
+
+@pytest.fixture(scope="session")
+def compiled() -> None:
+    """What plans reaches is compiled already: commands say so only while they compile."""
+    arm = load_arm("human7")
+    for plan in PLANS:
+        planner_for(arm, plan).plan(arm.rest, [0.35, -0.1, -0.15])

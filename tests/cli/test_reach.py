@@ -15,6 +15,8 @@ from armsyn.motion.formats import read_motion
 from tests.cli.commands import Outcome, run
 from tests.kinematics.oracle import Oracle
 
+pytestmark = pytest.mark.usefixtures("compiled")
+
 Call = Callable[..., Outcome]
 TARGET = ("--target", "0.35", "-0.1", "-0.15")
 KEYS = (

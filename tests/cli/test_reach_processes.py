@@ -15,6 +15,8 @@ from armsyn.motion.formats import read_motion
 from firmware_sim.testing import running
 from tests.cli.commands import next_line, started
 
+pytestmark = pytest.mark.usefixtures("compiled")
+
 ARM = ("--arm", "human7", "--baud", "1000000", "--return-delay", "0")
 TARGET = ("--target", "0.35", "-0.1", "-0.15", "--rate", "100")
 IDS = tuple(range(1, 8))

@@ -13,6 +13,8 @@ from armsyn.driver.transactions import Bus
 from firmware_sim.testing import running
 from tests.cli.commands import Outcome, run
 
+pytestmark = pytest.mark.usefixtures("compiled")
+
 Call = Callable[..., Outcome]
 TARGET = ("--target", "0.35", "-0.1", "-0.15")
 ARM = ("--arm", "human7", "--baud", "1000000")
