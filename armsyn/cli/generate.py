@@ -11,7 +11,7 @@ from armsyn.cli.choices import PLANS, FiniteRange
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
-    from armsyn.planning.generation.running import Report
+    from armsyn.planning.generation.report import Report
     from armsyn.planning.generation.targets import Targets
     from armsyn.planning.generation.variability import Variability
     from armsyn.planning.prediction import Predictor
@@ -95,10 +95,12 @@ def generate(**options: Any) -> None:
     """
     from armsyn.arm import load_arm
     from armsyn.cli.long_work import StageBars, write_run
-    from armsyn.planning.generation import running
     from armsyn.planning.generation.batch import Recipe
     from armsyn.planning.generation.chunks import Order
     from armsyn.planning.generation.files import TASK, checked_format
+    from armsyn.planning.generation.folder import MANIFEST
+    from armsyn.planning.generation.running import digest_of
+    from armsyn.planning.generation.running import generate as make
     from armsyn.planning.generation.version import version
 
     kind, task = checked_format(options["kind"]), options["task"] or TASK
@@ -123,9 +125,9 @@ def generate(**options: Any) -> None:
         **version(),
     }
     out = options["out"].absolute()
-    order = Order(recipe, str(out), kind, options["chunk"], running.digest_of(inputs), task)
+    order = Order(recipe, str(out), kind, options["chunk"], digest_of(inputs), task)
     with StageBars() as progress:
-        report = running.generate(
+        report = make(
             order,
             inputs,
             workers=options["workers"],
@@ -134,7 +136,7 @@ def generate(**options: Any) -> None:
             on_progress=progress.update,
         )
     if report.error is None and not report.found:
-        write_run(out / running.MANIFEST)
+        write_run(out / MANIFEST)
     _tell(report, options["out"], as_json=options["as_json"])
 
 

@@ -1,0 +1,96 @@
+"""The folder of a generation: begun, gone on with, or found to be whole."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from armsyn.errors import InputError
+from armsyn.motion.formats.files import replacing
+from armsyn.planning.generation import chunks
+from armsyn.planning.generation.chunks import NOTES, TOKEN, Order
+from armsyn.planning.generation.report import Report
+from armsyn.planning.generation.version import differing
+
+MANIFEST = "manifest.json"
+
+RESERVE = "reserve"
+_RESERVED, _RESERVED_A_CHUNK, _MOST_RESERVED = 262_144, 4096, 67_108_864
+"""Bytes; refusals of most chunks find room in that."""
+
+
+def prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
+    """Make the folder, or look whether it is one to go on with.
+
+    Raises
+    ------
+    InputError
+        Other things in it, or reaches made from something else; a folder that cannot be written.
+    """
+    folder = Path(order.folder)
+    token = folder / NOTES / TOKEN
+    manifest = folder / MANIFEST
+    if folder.exists() and any(folder.iterdir()):
+        known = token if token.exists() else manifest
+        try:
+            said = json.loads(known.read_text(encoding="utf-8"))
+            digest, before = said["digest"], dict(said["inputs"])
+        except (OSError, ValueError, KeyError, TypeError):
+            raise InputError(f"{folder}: has other things in it: name a new folder") from None
+        if digest != order.digest:
+            other = differing(before, inputs)
+            raise InputError(f"{folder}: holds reaches made from {other}: name a new folder")
+        if not token.exists():
+            raise InputError(f"{folder}: these reaches are all there: nothing to do")
+        if not resume:
+            raise InputError(f"{folder}: holds a part of these reaches: --resume goes on with it")
+        for left in folder.glob(".reaches-*"):  # of a process that was killed
+            chunks.remove(left)
+        _reserve(order)
+        return
+    try:
+        token.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot make it: {error.strerror}") from error
+    with replacing(token) as temporary:
+        said = {"digest": order.digest, "inputs": inputs}
+        temporary.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+    _reserve(order)
+
+
+def all_there(order: Order) -> Report | None:
+    """Return the report of a folder that holds all of this order; None of any other."""
+    folder = Path(order.folder)
+    try:
+        said = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        if said["digest"] != order.digest or not said["complete"] or (folder / NOTES).exists():
+            return None
+        lost = [entry["file"] for entry in said["files"] if not (folder / entry["file"]).exists()]
+        report = Report(said["reaches_asked"], order.count, said["reaches_made"], order.count)
+        report.frames, report.slowed = said["frames"], said["mean_time_scale"]
+        report.outside = said["outside_captured_workspace"]
+        report.evened = said["reaches_evened"]
+        report.swivelled = said["reaches_with_another_swivel"]
+        report.refused = Counter(said["reaches_refused"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    if lost:
+        raise InputError(
+            f"{folder}: {lost[0]} is missing, which its manifest has: name a new folder"
+        )
+    report.found = True
+    return report
+
+
+def _reserve(order: Order) -> None:
+    """Keep room for manifest and refusals, which a full disk has to leave to be told."""
+    size = min(_RESERVED + _RESERVED_A_CHUNK * order.count, _MOST_RESERVED)
+    with (
+        replacing(Path(order.folder) / NOTES / RESERVE) as temporary,
+        temporary.open("wb") as file,
+    ):
+        for begin in range(0, size, _RESERVED):
+            file.write(bytes(min(_RESERVED, size - begin)))
