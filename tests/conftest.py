@@ -64,9 +64,11 @@ themselves, while all others may share it."""
 
 SLOW = frozenset(
     {
+        "cli/test_generate",
         "cli/test_learn",
         "driver/test_killed",
         "driver/test_stateful",
+        "experiments/test_anytarget",
         "experiments/test_experiments",
         "experiments/test_neighbours",
         "hil/test_arm",
