@@ -64,6 +64,8 @@ def convert(
     For other programs, an arm's motions, many IN one OUT: .mcap (a ROS 2 bag: JointTrajectory and
     JointState), .lerobot (a folder: LeRobotDataset v3.0), .parquet (one table). Of a recording
     they have what was commanded and what was measured.
+
+    A file that is there already is replaced; a folder is refused.
     """
     from armsyn.cli.motion_export import export
     from armsyn.errors import InputError

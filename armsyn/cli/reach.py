@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     "--record",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Write what was commanded and measured (.npz or .csv).",
+    help="Write what was commanded and measured (.npz or .csv), over a file of that name.",
 )
 @click.option(
     "--plot",
