@@ -7,23 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from armsyn.cli.arm_options import calibration_option, unit_option
 from armsyn.cli.choices import PLANS, FiniteRange
+from armsyn.cli.orientation_options import orientation_options
 
 if TYPE_CHECKING:
-    from armsyn.arm import ArmDescription
     from armsyn.planning.generation.report import Report
-    from armsyn.planning.generation.targets import Targets
-    from armsyn.planning.generation.variability import Variability
-    from armsyn.planning.prediction import Predictor
 
 
 @click.command()
 @click.option("--arm", "arm_name", required=True, metavar="NAME", help="Whose reaches.")
+@unit_option
 @click.option(
     "--targets",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
-    help="Targets: x, y, z in metres in every line.",
+    help="Targets: x, y, z in metres in every line; see above.",
 )
 @click.option("--grid", nargs=3, metavar="X Y Z", help="Targets on a grid: each FIRST:LAST:COUNT.")
 @click.option("--random", "number", type=click.IntRange(min=1), metavar="N", help="N places.")
@@ -32,6 +31,12 @@ if TYPE_CHECKING:
     nargs=3,
     metavar="X Y Z",
     help="Of --random: each FIRST:LAST, metres  [default: where people were captured]",
+)
+@orientation_options
+@click.option(
+    "--start",
+    metavar="J1,J2,...|FILE",
+    help="Where reaches start: all joints (rad or m), or a motion's last posture  [default: rest]",
 )
 @click.option("--repeats", type=click.IntRange(min=1), default=1, show_default=True, metavar="K")
 @click.option(
@@ -42,6 +47,13 @@ if TYPE_CHECKING:
     "--plan",
     type=PLANS,
     help="What makes the reaches  [default: latent; without an atlas only minjerk]",
+)
+@click.option(
+    "--slower",
+    type=float,
+    default=1.0,
+    metavar="FACTOR",
+    help="Allow every reach only 1/FACTOR of the arm's speed.",
 )
 @click.option("--out", required=True, type=click.Path(path_type=Path, file_okay=False))
 @click.option("--format", "kind", default="npz", show_default=True, help="See above.")
@@ -64,24 +76,20 @@ if TYPE_CHECKING:
     "--task", metavar="TEXT", help="What every reach does, in words  [default: reach to the target]"
 )
 @click.option("--resume", is_flag=True, help="Go on with what --out holds already.")
-@click.option(
-    "--calibration",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIR",
-    help="The only folder to look for the arm in.",
-)
+@calibration_option
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def generate(**options: Any) -> None:
     """Make reaches by the thousand, each checked as one that is driven.
 
-    Targets come from a file, a grid or chance; every reach starts at the arm's rest posture, or, if
-    the file's first line names the columns x, y, z and all joints, where its line says. Each is
-    planned as armsyn reach --plan does it: slowed until every joint's limits hold, checked on its
-    whole way for contacts, and, where as predicted it does not pass or the hand would speed up more
-    than once, mixed with minimum jerk or ended with another swivel, which changes.csv tells. What
-    is refused stands in refusals.csv, by index and with its reason; reaches.csv has a line for
-    every one that is made: target, durations, error, file. manifest.json says what the reaches are
-    made from. They are planned, not measured: no arm or person moved so.
+    Targets come from a file, a grid or chance. A file's first line may name its columns: x, y, z;
+    px, py, pz (where the hand points) or roll, pitch, yaw (how it is turned, degrees); and all
+    joints, to start where the line says and not at --start. Each reach is planned as armsyn reach
+    --plan does it: slowed until every joint's limits hold, checked on its whole way for contacts,
+    and, where as predicted it does not pass or the hand would speed up more than once, mixed with
+    minimum jerk or ended with another swivel, which changes.csv tells. What is refused stands in
+    refusals.csv, by index and with its reason; reaches.csv has a line for every one that is made:
+    target, durations, error, file. manifest.json says what the reaches are made from. They are
+    planned, not measured: no arm or person moved so.
 
     Formats: npz and csv (many reaches a file), parquet and mcap (likewise, an episode a reach), bvh
     (a file a reach: the arm as a skeleton), lerobot (one dataset; its action is the posture of the
@@ -93,9 +101,8 @@ def generate(**options: Any) -> None:
     With --cluster, workers of dask.distributed (pip install 'armsyn[cluster]') make the chunks:
     they must see --out by the same path.
     """
-    from armsyn.arm import load_arm
+    from armsyn.cli.generate_inputs import recipe_of
     from armsyn.cli.long_work import StageBars, write_run
-    from armsyn.planning.generation.batch import Recipe
     from armsyn.planning.generation.chunks import Order
     from armsyn.planning.generation.files import TASK, checked_format
     from armsyn.planning.generation.folder import MANIFEST
@@ -104,26 +111,8 @@ def generate(**options: Any) -> None:
     from armsyn.planning.generation.version import version
 
     kind, task = checked_format(options["kind"]), options["task"] or TASK
-    arm = load_arm(options["arm_name"], options["calibration"])
-    predictor, variability, learned = _models(arm, options)
-    targets, asked = _targets(arm, predictor, options)
-    recipe = Recipe(
-        arm,
-        predictor,
-        targets,
-        arm.rest,
-        options["rate"],
-        options["repeats"],
-        options["seed"],
-        variability,
-    )
-    inputs = {
-        **{"arm": arm.name, "description_sha256": _hash_of(arm), **learned, **asked},
-        **{"start": arm.rest.tolist(), "rate_hz": options["rate"], "format": kind},
-        **{"repeats": options["repeats"], "variability": options["variability"]},
-        **{"seed": options["seed"], "chunk": options["chunk"], "task": task},
-        **version(),
-    }
+    recipe, inputs = recipe_of(options)
+    inputs |= {"format": kind, "task": task, **version()}
     out = options["out"].absolute()
     order = Order(recipe, str(out), kind, options["chunk"], digest_of(inputs), task)
     with StageBars() as progress:
@@ -138,83 +127,6 @@ def generate(**options: Any) -> None:
     if report.error is None and not report.found:
         write_run(out / MANIFEST)
     _tell(report, options["out"], as_json=options["as_json"])
-
-
-def _models(
-    arm: ArmDescription, options: dict[str, Any]
-) -> tuple[Predictor, Variability | None, dict[str, Any]]:
-    """What makes the reaches and their spread, and what the manifest says of both."""
-    from armsyn.arm import find_file
-    from armsyn.errors import DescriptionError, InputError
-    from armsyn.planning.minimum_jerk import MinimumJerkPredictor
-    from armsyn.planning.planner import ATLAS, MINIMUM_JERK, default_plan
-
-    directory = options["calibration"]
-    plan = options["plan"] or default_plan(arm.name, directory)
-    said: dict[str, Any] = {"plan": plan}
-    if plan == MINIMUM_JERK and not options["variability"]:
-        return MinimumJerkPredictor(arm.chain), None, said
-    from armsyn.planning.atlas_file import load_atlas
-
-    try:
-        file = find_file(arm.name, ATLAS, directory)
-    except DescriptionError as error:
-        other = "leave out --variability" if plan == MINIMUM_JERK else f"use --plan {MINIMUM_JERK}"
-        raise DescriptionError(
-            f"no {arm.name}{ATLAS} was found: learn it by armsyn learn --arm {arm.name} --atlas, or"
-            f" {other}"
-        ) from error
-    atlas = load_atlas(file, arm)
-    said["atlas_sha256"] = _hash_of_file(file)
-    predictor = MinimumJerkPredictor(arm.chain) if plan == MINIMUM_JERK else atlas.predictor(plan)
-    if not options["variability"]:
-        return predictor, None, said
-    if atlas.variability is None:
-        raise InputError(
-            f"{file}: no spread between repeats in it: learn the atlas from captures with repeats"
-        )
-    return predictor, atlas.variability, said
-
-
-def _targets(
-    arm: ArmDescription, predictor: Predictor, options: dict[str, Any]
-) -> tuple[Targets, dict[str, Any]]:
-    """Where the reaches go, and what the manifest says of it."""
-    from armsyn.errors import InputError
-    from armsyn.planning.generation import targets
-
-    given = [name for name in ("targets", "grid", "number") if options[name]]
-    if len(given) != 1:
-        raise InputError("give one of --targets FILE, --grid X Y Z and --random N")
-    if options["box"] and not options["number"]:
-        raise InputError("--box goes with --random")
-    if options["targets"]:
-        listed = targets.read_targets(options["targets"], arm.joint_names)
-        return listed, {"targets_sha256": _hash_of_file(options["targets"])}
-    if options["grid"]:
-        axes = tuple(targets.checked_axis(text) for text in options["grid"])
-        return targets.GridTargets(axes), {"grid": axes}
-    number, seed, hull = options["number"], options["seed"], getattr(predictor, "hull", None)
-    if options["box"]:
-        box = targets.checked_box(options["box"])
-        return targets.RandomTargets(number, seed, *box), {"random": number, "box": box}
-    if hull is None:
-        raise InputError("--plan minjerk knows no captured workspace: give --box X Y Z")
-    return targets.random_within(number, seed, hull), {"random": number}
-
-
-def _hash_of(arm: ArmDescription) -> str:
-    import hashlib
-
-    import msgspec
-
-    return hashlib.sha256(msgspec.json.encode(arm)).hexdigest()
-
-
-def _hash_of_file(path: Path) -> str:
-    from armsyn.planning.generation.chunks import checksum
-
-    return checksum(path)
 
 
 def _tell(report: Report, out: Path, *, as_json: bool) -> None:

@@ -19,10 +19,10 @@ from armsyn.cli.arm_options import (
 )
 from armsyn.cli.choices import IKS, MODELS, PLANS
 from armsyn.cli.operating import own_process_option
+from armsyn.cli.orientation_options import orientation_of, orientation_options
 
 if TYPE_CHECKING:
     from armsyn.arm import ArmDescription
-    from armsyn.planning import HandOrientation
 
 
 @click.command()
@@ -34,26 +34,7 @@ if TYPE_CHECKING:
     metavar="X Y Z",
     help="Where the hand goes: metres, arm base frame (koch faces -x).",
 )
-@click.option(
-    "--pointing",
-    type=float,
-    nargs=3,
-    metavar="X Y Z",
-    help="Where the hand points at the end: a direction in the base frame.",
-)
-@click.option(
-    "--orientation",
-    type=float,
-    nargs=3,
-    metavar="ROLL PITCH YAW",
-    help="How the hand is turned at the end: degrees, as URDF's rpy of the tip in the base frame.",
-)
-@click.option(
-    "--orientation-tolerance",
-    type=float,
-    metavar="DEGREES",
-    help="How far off that the hand may be.  [default: 2]",
-)
+@orientation_options
 @arm_options
 @click.option("--rate", "rate_hz", type=float, default=200.0, show_default=True, help="Hz.")
 @click.option(
@@ -118,7 +99,7 @@ def reach(**options: Any) -> None:
     name, directory = options["arm_name"] or DEFAULT_ARM, options["calibration"]
     _check(options)
     arm = arm_of(options).slowed(options["slower"])
-    orientation = _orientation(options)
+    orientation = orientation_of(options)
     model = "A" if options["raw"] else options["model"]
     if options["record"]:
         check_recording_path(options["record"])
@@ -167,43 +148,11 @@ def _check(options: dict[str, Any]) -> None:
     check_slower(options["slower"])
     if options["raw"] and options["model"]:
         raise InputError("--raw is model A: give either --raw or --model")
-    turned, tolerance = options["orientation"], options["orientation_tolerance"]
-    if turned and not all(math.isfinite(angle) for angle in turned):
-        raise InputError(f"--orientation must be three finite angles in degrees: {turned}")
-    if tolerance is not None and not 0 < tolerance <= 180:
-        raise InputError(
-            f"--orientation-tolerance must be above 0 and at most 180 degrees, got {tolerance:g}"
-        )
+    if options["orientation_tolerance"] and not (options["pointing"] or options["orientation"]):
+        raise InputError("--orientation-tolerance needs --pointing or --orientation")
     plot = options["plot"]
     if plot and (plot.suffix.lower() != ".png" or not plot.parent.is_dir()):
         raise InputError(f"--plot {plot}: must end in .png, in a folder that exists")
-
-
-def _orientation(options: dict[str, Any]) -> HandOrientation | None:
-    """How the hand is asked to be turned."""
-    import numpy as np
-
-    from armsyn.errors import InputError
-    from armsyn.kinematics.rotation import from_rpy
-    from armsyn.planning import Pointing, Turned
-
-    pointing, turned = options["pointing"], options["orientation"]
-    tolerance = options["orientation_tolerance"]
-    if pointing and turned:
-        raise InputError(
-            "a hand points somewhere or is turned some way: --pointing or --orientation"
-        )
-    if not (pointing or turned):
-        if tolerance is not None:
-            raise InputError("--orientation-tolerance needs --pointing or --orientation")
-        return None
-    try:
-        more = {} if tolerance is None else {"tolerance": float(np.radians(tolerance))}
-        if pointing:
-            return Pointing(pointing, **more)
-        return Turned(from_rpy(np.radians(turned)), **more)
-    except InputError as error:
-        raise InputError(f"--{'pointing' if pointing else 'orientation'}: {error}") from error
 
 
 def _say_port(arm: ArmDescription, port: str, *, simulated: bool, options: dict[str, Any]) -> None:

@@ -69,7 +69,7 @@ def finished(
         No way of those tried holds the limits, touches nothing and speeds up once; of the first,
         or, where that speeds up more than once only, of the first that fails otherwise.
     """
-    angles = _brought_to_end(arm, angles, task)
+    angles = brought_to_end(arm, angles, task)
     try:
         return checked(arm, angles, duration, rate_hz)
     except RefusedMotionError as error:
@@ -159,7 +159,7 @@ def reach_of(
     )
 
 
-def _brought_to_end(arm: ArmDescription, angles: FloatArray, task: HandTask) -> FloatArray:
+def brought_to_end(arm: ArmDescription, angles: FloatArray, task: HandTask) -> FloatArray:
     """End where the hand does its task; turned otherwise than predicted, its path stays."""
     chain, predicted = arm.chain, angles[-1]
     inside = bool(((predicted >= chain.lower) & (predicted <= chain.upper)).all())

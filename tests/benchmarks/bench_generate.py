@@ -92,7 +92,7 @@ def timed(call: Callable[[], object]) -> float:
 
 def parts(recipe: Recipe) -> dict[str, float]:
     """Seconds a reach of each part of the work, on one core."""
-    targets, _ = recipe.targets.some(0, BATCH)
+    targets, *_ = recipe.targets.some(0, BATCH)
     starts = np.tile(recipe.start, (BATCH, 1))
     predicted = recipe.predictor.predict(starts, targets)
     paced = pace(recipe.arm, predicted.angles, predicted.durations, recipe.rate_hz)

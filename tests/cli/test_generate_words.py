@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
+import pytest
 
+from armsyn.arm import load_arm
 from tests.cli.commands import Outcome
 
 Call = Callable[..., Outcome]
@@ -73,3 +76,71 @@ def test_a_reach_of_a_chunk_is_read_as_a_motion(call: Call, tmp_path: Path) -> N
     with np.load(file) as chunk, np.load(tmp_path / "one.npz") as one:
         np.testing.assert_array_equal(one["angles_rad"], chunk["angles"][chunk["first"][1] :])
         np.testing.assert_allclose(np.diff(one["time_s"]), 0.02, rtol=1e-9)
+
+
+def rows_of(out: Path) -> list[dict[str, str]]:
+    with (out / "reaches.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_hands_are_turned_as_options_or_columns_say(call: Call, tmp_path: Path) -> None:
+    targets = tmp_path / "targets.csv"
+    targets.write_text("x,y,z,px,py,pz\n0.35,-0.1,-0.15,0.5,0.5,-1\n0.35,-0.1,-0.15,0,1,0\n")
+    asked = (*MINJERK, "--out")
+    done = call(*asked, tmp_path / "listed", "--targets", targets, "--orientation-tolerance", 5)
+    assert done.status == 0, done.err
+    place = ("--grid", "0.35", "-0.1", "-0.15", "--pointing", "0.5", "0.5", "-1")
+    assert call(*asked, tmp_path / "one", *place, "--orientation-tolerance", 5).status == 0
+    listed, one = rows_of(tmp_path / "listed"), rows_of(tmp_path / "one")
+    assert {**one[0], "file": ""} == {**listed[0], "file": ""}
+    assert all(0.0 <= float(row["orientation_error_rad"]) <= np.radians(5.0) for row in listed)
+    manifest = json.loads((tmp_path / "one" / "manifest.json").read_text())
+    assert manifest["inputs"]["pointing"] == [0.5, 0.5, -1.0]
+
+
+def test_reaches_start_where_they_are_told_to(call: Call, tmp_path: Path) -> None:
+    posture = [0.3, 0.1, 0.0, 1.2, 0.0, 0.0, 0.0]
+    asked = (*MINJERK, "--grid", "0.35", "-0.1", "-0.15")
+    said = ",".join(map(str, posture))
+    assert call(*asked, "--start", said, "--out", tmp_path / "first").status == 0
+    first = tmp_path / "first" / "reaches-000000.npz"
+    assert (
+        call(*asked[:-3], "0.3", "0", "-0.2", "--start", first, "--out", tmp_path / "on").status
+        == 0
+    )
+    with np.load(first) as one, np.load(tmp_path / "on" / "reaches-000000.npz") as other:
+        np.testing.assert_array_equal(one["angles"][0], posture)
+        np.testing.assert_array_equal(other["angles"][0], one["angles"][-1])
+
+
+def test_reaches_are_slower_when_they_are_told_to_be(call: Call, tmp_path: Path) -> None:
+    for factor in (1, 4):
+        out = tmp_path / str(factor)
+        assert call(*MINJERK, *GRID, "--slower", factor, "--out", out).status == 0
+    took = [[float(row["duration_s"]) for row in rows_of(tmp_path / name)] for name in "14"]
+    limits = load_arm("human7", calibrated=False).max_velocity / 4.0
+    with np.load(tmp_path / "4" / "reaches-000000.npz") as chunk:
+        path = chunk["angles"][: chunk["first"][1]]
+    assert (np.abs(np.diff(path, axis=0)) * 50.0 <= limits * (1.0 + 1e-6)).all()
+    assert np.mean(took[1]) > 1.5 * np.mean(took[0])
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (("--start", "none.npz"), "--start 'none.npz' is no file, and not the 7 numbers"),
+        (("--start", "1,2"), "--start: "),
+        (("--start", "9,0,0,0,0,0,0"), "--start: shoulder_flexion stands at 9.000 rad, outside"),
+        (("--slower", "0.5"), "--slower must be at least 1"),
+        (("--slower", "nan"), "--slower must be at least 1"),
+        (("--name", "left"), "human7.left.calibration.json"),
+        (("--orientation-tolerance", "3"), "needs --pointing, --orientation, or columns"),
+        (("--pointing", "0", "0", "0"), "--pointing: a direction is 3 finite numbers, not all 0"),
+        (("--orientation", "0", "nan", "0"), "--orientation must be three finite angles"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(
+    more: tuple[str, ...], said: str, call: Call, tmp_path: Path
+) -> None:
+    call(*MINJERK, *GRID, *more, "--out", tmp_path / "out").refused(2, said)
+    assert not (tmp_path / "out").exists()

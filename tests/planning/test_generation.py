@@ -24,7 +24,7 @@ from armsyn.planning.generation import chunks, files
 from armsyn.planning.generation.batch import Recipe, make_batch
 from armsyn.planning.generation.chunks import Order
 from armsyn.planning.generation.running import digest_of, generate
-from armsyn.planning.generation.targets import ListedTargets, RandomTargets
+from armsyn.planning.generation.targets import Asked, ListedTargets, RandomTargets
 from armsyn.planning.generation.version import ROOMS, version
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor
 from armsyn.safety import check_trajectory
@@ -41,7 +41,7 @@ OUT_OF_REACH = (0.9, 0.9, 0.9)
 
 def recipe(size: int = SIZE, **changed: object) -> Recipe:
     arm = load_arm("human7", calibrated=False)
-    drawn, _ = RandomTargets(size, 5, *BOX).some(0, size)
+    drawn, *_ = RandomTargets(size, 5, *BOX).some(0, size)
     drawn[size // 2] = OUT_OF_REACH
     made = Recipe(arm, MinimumJerkPredictor(arm.chain), ListedTargets(drawn), arm.rest, 100.0)
     return dataclasses.replace(made, **changed)
@@ -203,7 +203,7 @@ class DeadlyTargets(ListedTargets):
 
     own: int = dataclasses.field(default_factory=os.getpid)
 
-    def some(self, first: int, last: int) -> tuple[FloatArray, FloatArray | None]:
+    def some(self, first: int, last: int) -> Asked:
         """See `Targets.some`."""
         if first == 60 and os.getpid() != self.own:
             os.kill(os.getpid(), signal.SIGKILL)

@@ -14,6 +14,7 @@ from armsyn.planning.generation.batch import KINDS, Batch, Recipe, make_batch
 from armsyn.planning.generation.targets import ListedTargets, random_within
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor
 from armsyn.planning.motion_planner import MotionPlanner
+from armsyn.planning.posing import Pointing, pointing_axis
 from armsyn.planning.prediction import Predictor
 from armsyn.safety import check_trajectory
 
@@ -49,7 +50,7 @@ def wild(arm: ArmDescription, predictor: Predictor, seed: int) -> ListedTargets:
 def check_each(recipe: Recipe, batch: Batch) -> None:
     """What is asked of every reach, by what is asked of any trajectory."""
     arm = recipe.arm
-    goals, starts = recipe.targets.some(0, recipe.targets.size)
+    goals, starts, _ = recipe.targets.some(0, recipe.targets.size)
     for row, index in enumerate(batch.index.tolist()):
         path, of = batch.paced.path(row), index // recipe.repeats
         start = recipe.start if starts is None else starts[of]
@@ -95,6 +96,38 @@ def test_what_is_generated_is_what_is_planned(name: str, plan: str) -> None:
         assert bool(planned.refused) == (index in changed)
     assert len(refusals) == len(refused)
     assert all(kind == planned for kind, planned in refusals)
+
+
+@pytest.mark.parametrize("name", ["human7", "widowx_250s"])
+def test_a_hand_that_is_turned_is_as_planned(name: str) -> None:
+    """Directions are asked for that some reaches end near: some can be had, some cannot."""
+    arm, rng = load_arm(name, calibrated=False), np.random.default_rng(4)
+    predictor, _ = learned(arm, "latent")
+    hull = predictor.hull  # type: ignore[attr-defined]
+    goals = random_within(12, 4, hull).some(0, 12).targets
+    ends = predictor.predict(np.tile(arm.rest, (12, 1)), goals).angles[:, -1]
+    hands = [arm.chain.forward(end).orientations[-1] @ pointing_axis(arm.chain) for end in ends]
+    asked = ListedTargets(goals, None, hands + 0.5 * rng.normal(size=(12, 3)), Pointing)
+    batch = make_batch(Recipe(arm, predictor, asked, arm.rest, 200.0), 0, 12)
+    rows = {index: row for row, index in enumerate(batch.index.tolist())}
+    refused, reasons = {refusal.index: refusal.reason for refusal in batch.refused}, {}
+    assert rows
+    planner = MotionPlanner(arm, predictor)
+    for index, orientation in enumerate(asked.some(0, 12).orientations or ()):
+        try:
+            planned = planner.plan(arm.rest, goals[index], 200.0, orientation=orientation)
+        except RefusedMotionError as error:
+            reasons[index] = str(error)
+            continue
+        path = batch.paced.path(rows[index])
+        np.testing.assert_allclose(path, planned.angles[: len(path)], rtol=0.0, atol=2e-4)
+        last = arm.chain.forward(path[-1])
+        points = last.orientations[-1] @ pointing_axis(arm.chain)
+        off = np.arccos(np.clip(points @ orientation.direction, -1.0, 1.0))
+        assert off <= orientation.tolerance
+        assert batch.turned[rows[index]] == pytest.approx(off, abs=1e-7)
+        assert np.linalg.norm(last.tip - goals[index]) <= 1e-3
+    assert refused == reasons
 
 
 @pytest.mark.parametrize("plan", ["latent", "synergy"])

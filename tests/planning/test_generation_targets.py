@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +14,16 @@ from scipy import stats
 
 from armsyn.errors import FormatError, InputError
 from armsyn.planning.generation.chance import normal, uniform
+from armsyn.planning.generation.target_file import read_targets
 from armsyn.planning.generation.targets import (
     GridTargets,
     RandomTargets,
     checked_axis,
     checked_box,
     random_within,
-    read_targets,
 )
 from armsyn.planning.hull import Hull
+from armsyn.planning.posing import Pointing, Turned
 
 JOINTS = ("first", "second")
 
@@ -52,15 +54,42 @@ def test_a_file_is_read_by_commas_or_blanks_with_or_without_names(
 
 def test_a_file_may_say_where_reaches_start(tmp_path: Path) -> None:
     text = "second,x,y,z,first\n2,0.1,0.2,0.3,1\n4,0.4,0.5,0.6,3\n"
-    targets, starts = read_targets(written(tmp_path, text), JOINTS).some(1, 2)
+    targets, starts, _ = read_targets(written(tmp_path, text), JOINTS).some(1, 2)
     assert targets.tolist() == [[0.4, 0.5, 0.6]]
     assert starts is not None
     assert starts.tolist() == [[3.0, 4.0]]
 
 
 @pytest.mark.parametrize(
+    ("columns", "values", "wanted"),
+    [
+        ("px,py,pz", "0,0,-3", Pointing([0, 0, -1], 0.1)),
+        ("Roll,Pitch,Yaw", "0,90,0", Turned([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], 0.1)),
+    ],
+)
+def test_a_file_may_say_how_hands_are_turned(
+    columns: str, values: str, wanted: Pointing | Turned, tmp_path: Path
+) -> None:
+    text = f"second,{columns},z,y,x,first\n2,{values},0.3,0.2,0.1,1\n"
+    found = read_targets(written(tmp_path, text), JOINTS, 0.1)
+    assert found.targets.tolist() == [[0.1, 0.2, 0.3]]
+    assert found.starts is not None
+    assert found.starts.tolist() == [[1.0, 2.0]]
+    sent = pickle.loads(pickle.dumps(found))  # noqa: S301  to other processes
+    (orientation,) = sent.some(0, 1).orientations
+    assert type(orientation) is type(wanted)
+    assert orientation.tolerance == 0.1
+    for name in ("direction", "rotation"):
+        if hasattr(wanted, name):
+            assert_allclose(getattr(orientation, name), getattr(wanted, name), atol=1e-12)
+
+
+@pytest.mark.parametrize(
     ("text", "said"),
     [
+        ("x,y,z,px,py\n0,0,0,0,0\n", "line 1: pz is missing; columns are x, y, z"),
+        ("x,y,z,px,py,pz\n1,1,1,0,0,1\n1,1,1,0,0,0\n", "line 3: px, py, pz are all 0"),
+        ("x,y,z,px,py,pz,roll,pitch,yaw\n" + "1," * 8 + "1\n", "a hand points (px, py, pz) or"),
         ("0.1,0.2,0.3\n0.1,0.2\n", "line 2: 2 numbers, expected 3"),
         ("# note\n\n0.1,0.2,0.3,0.4\n", "line 3: 4 numbers, expected x y z"),
         ("0.1,0.2,abc\n", "line 1: 'abc' is not a number"),
@@ -108,14 +137,14 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
 
 def test_a_line_of_many_places_costs_no_more_than_those_asked_for() -> None:
     grid = GridTargets(((0.0, 1.0, 10**18), (0.2, 0.2, 1), (0.5, 0.1, 1)))
-    some, _ = grid.some(5 * 10**17, 5 * 10**17 + 2)
+    some, *_ = grid.some(5 * 10**17, 5 * 10**17 + 2)
     np.testing.assert_allclose(some, [[0.5, 0.2, 0.5]] * 2, rtol=1e-12)
 
 
 def test_a_grid_is_every_combination() -> None:
     grid = GridTargets((checked_axis("0:1:3"), checked_axis("5"), checked_axis("-1:1:2")))
     assert grid.size == 6
-    targets, _ = grid.some(0, 6)
+    targets, *_ = grid.some(0, 6)
     assert targets.tolist() == [[x, 5.0, z] for x in (0.0, 0.5, 1.0) for z in (-1.0, 1.0)]
     assert grid.some(2, 4)[0].tolist() == targets[2:4].tolist()
 
@@ -153,7 +182,7 @@ def test_chance_is_even_and_normal() -> None:
 def test_random_targets_fill_the_hull_and_nothing_else() -> None:
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     drawn = random_within(1500, 9, Hull.of(corners))
-    targets, _ = drawn.some(0, 1500)
+    targets, *_ = drawn.some(0, 1500)
     outside = Hull.of(corners).outside(targets) > 0.0
     # the hull is a sixth of its box: 16 places miss it with a chance of 5 %
     assert 0.02 < outside.mean() < 0.09

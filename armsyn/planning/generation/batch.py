@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription
 from armsyn.errors import CollisionError, LimitError, RefusedMotionError, UnreachableError
 from armsyn.planning.checking import checked_start
+from armsyn.planning.end_posture import fulfilled
 from armsyn.planning.evenness import UnevenError
 from armsyn.planning.generation.following import follow
 from armsyn.planning.generation.pacing import Paced, joined, thinned, thinning
 from armsyn.planning.generation.targets import Targets
 from armsyn.planning.generation.variability import Variability
 from armsyn.planning.motion_planner import THERE_M
+from armsyn.planning.posing import HandOrientation, HandTask
 from armsyn.planning.postures import tips
 from armsyn.planning.prediction import Predictor
 
@@ -50,6 +52,8 @@ class Recipe:
     seed : int
     variability : Variability or None
         How repeats differ; None for repeats that do not.
+    orientation : HandOrientation or None
+        How hands are to be turned at the end, unless the targets say.
     """
 
     arm: ArmDescription
@@ -60,6 +64,7 @@ class Recipe:
     repeats: int = 1
     seed: int = 0
     variability: Variability | None = None
+    orientation: HandOrientation | None = None
 
     @property
     def size(self) -> int:
@@ -127,6 +132,8 @@ class Batch:
         The reaches.
     evened, swivels : array, shape (M,)
         See `Change`; 0 where nothing is changed.
+    turned : array, shape (M,)
+        rad by which the hand ends turned otherwise than asked; NaN where nothing was asked.
     changed : tuple of Change
         Those that are.
     refused : tuple of Refusal
@@ -140,6 +147,7 @@ class Batch:
     paced: Paced
     evened: FloatArray
     swivels: FloatArray
+    turned: FloatArray
     changed: tuple[Change, ...]
     refused: tuple[Refusal, ...]
 
@@ -159,19 +167,19 @@ def make_batch(recipe: Recipe, first: int, last: int) -> Batch:
     Batch
     """
     arm, index = recipe.arm, np.arange(first, last)
-    targets, asked = _asked(recipe, first, last)
+    targets, asked, turned = _asked(recipe, first, last)
     starts, barred = _allowed_starts(arm, asked)
     predicted = recipe.predictor.predict(starts, targets)
     if recipe.variability is not None:
         predicted = recipe.variability.vary(arm.chain, predicted, targets, recipe.seed, first)
     angles, durations = predicted.angles, predicted.durations
     finite = np.isfinite(angles).all(axis=(1, 2)) & np.isfinite(durations)
-    there = np.linalg.norm(tips(arm.chain, starts) - targets, axis=1) <= THERE_M
+    there = _there(arm, starts, targets, turned)
     if there.any() or not finite.all():  # these stay where they are
         angles = np.where((finite & ~there)[:, None, None], angles, starts[:, None])
         durations = np.where(finite, durations, 1.0)
     step = thinning(recipe.rate_hz)
-    found = follow(arm, angles, durations, targets, step * recipe.rate_hz)
+    found = follow(arm, angles, durations, targets, step * recipe.rate_hz, turned)
     refused = {**found.refused, **barred, **_not_finite(finite)}
     rows = np.array([row for row in range(last - first) if row not in refused], dtype=np.intp)
     paths = [None if path is None else thinned(path, step) for path in found.paths]
@@ -185,6 +193,7 @@ def make_batch(recipe: Recipe, first: int, last: int) -> Batch:
         paced,
         found.evened[rows],
         found.swivels[rows],
+        _turned(arm, paced.paths[paced.first[1:] - 1], targets, rows, turned),
         tuple(
             Change(first + row, float(found.evened[row]), float(found.swivels[row]), why)
             for row, why in sorted(found.changed.items())
@@ -194,14 +203,47 @@ def make_batch(recipe: Recipe, first: int, last: int) -> Batch:
     )
 
 
-def _asked(recipe: Recipe, first: int, last: int) -> tuple[FloatArray, FloatArray]:
-    """Targets and starts of the reaches, a target's repeats one after another."""
+def _asked(
+    recipe: Recipe, first: int, last: int
+) -> tuple[FloatArray, FloatArray, list[HandOrientation] | None]:
+    """Targets, starts and orientations of the reaches, a target's repeats one after another."""
     of = np.arange(first, last) // recipe.repeats
-    targets, starts = recipe.targets.some(int(of[0]), int(of[-1]) + 1)
+    asked = recipe.targets.some(int(of[0]), int(of[-1]) + 1)
     rows = of - of[0]
-    if starts is None:
-        return targets[rows], np.tile(recipe.start, (len(rows), 1))
-    return targets[rows], starts[rows]
+    starts = np.tile(recipe.start, (len(rows), 1)) if asked.starts is None else asked.starts[rows]
+    turned = None if recipe.orientation is None else [recipe.orientation] * len(rows)
+    if asked.orientations is not None:
+        turned = [asked.orientations[row] for row in rows.tolist()]
+    return asked.targets[rows], starts, turned
+
+
+def _there(
+    arm: ArmDescription,
+    starts: FloatArray,
+    targets: FloatArray,
+    turned: list[HandOrientation] | None,
+) -> NDArray[np.bool_]:
+    """Which hands are at their targets already, and turned as asked."""
+    there = np.linalg.norm(tips(arm.chain, starts) - targets, axis=1) <= THERE_M
+    if turned is not None:
+        for row in np.flatnonzero(there).tolist():
+            task = HandTask(targets[row], turned[row])
+            there[row] = fulfilled(task, *task.errors(arm.chain, starts[row]))
+    return np.asarray(there)
+
+
+def _turned(
+    arm: ArmDescription,
+    ends: FloatArray,
+    targets: FloatArray,
+    rows: IntArray,
+    turned: list[HandOrientation] | None,
+) -> FloatArray:
+    """Angles that the hands of some reaches are off what is asked of them, rad, shape (m,)."""
+    if turned is None:
+        return np.full(len(rows), np.nan)
+    tasks = (HandTask(targets[row], turned[row]) for row in rows.tolist())
+    return np.array([task.errors(arm.chain, end)[1] for task, end in zip(tasks, ends, strict=True)])
 
 
 def _allowed_starts(

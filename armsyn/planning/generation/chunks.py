@@ -200,7 +200,7 @@ def notes_of(order: Order) -> Iterator[dict[str, Any]]:
 
 REACHES = (
     *("index", "x_m", "y_m", "z_m", "repeat", "duration_s", "person_s", "time_scale"),
-    *("outside_m", "error_m", "evened", "swivel_m", "file"),
+    *("outside_m", "error_m", "orientation_error_rad", "evened", "swivel_m", "file"),
 )
 """Columns of the table of all reaches; numbers are written so that they are read back the same."""
 
@@ -212,7 +212,7 @@ def write_rows(order: Order, number: int, batch: Batch) -> None:
         *(batch.index, *batch.targets.T, batch.index % order.recipe.repeats),
         *((np.diff(paced.first) - 1) / paced.rate_hz, batch.durations, paced.scales),
         *(batch.outside, np.linalg.norm(batch.hands - batch.targets, axis=1)),
-        *(batch.evened, batch.swivels),
+        *(batch.turned, batch.evened, batch.swivels),
     )
     lines = [
         ",".join(_cell(value) for value in (*row, _file_of(order, file, row[0]))) + "\n"

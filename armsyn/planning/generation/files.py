@@ -3,8 +3,9 @@
 npz and CSV hold many reaches in few arrays: ``index`` (of each reach), ``first`` (frame where each
 begins, the last where all end), ``angles`` (all frames, one after another), and what is known of
 each reach, such as ``evened`` (share of minimum jerk that was mixed in so that the hand speeds up
-once) and ``swivel`` (m by which the elbow ends elsewhere than predicted). The other formats are
-those of `armsyn.motion.formats`, a reach an episode.
+once), ``swivel`` (m by which the elbow ends elsewhere than predicted) and ``orientation_error``
+(rad; NaN where nothing was asked for). The other formats are those of `armsyn.motion.formats`, a
+reach an episode.
 """
 
 from __future__ import annotations
@@ -68,6 +69,7 @@ def write_npz(path: Path, batch: Batch, arm: ArmDescription, _task: str = TASK) 
             outside=batch.outside,
             evened=batch.evened,
             swivel=batch.swivels,
+            orientation_error=batch.turned,
         )
 
 
@@ -86,6 +88,7 @@ def read_npz(path: Path) -> Batch:
             paced,
             archive["evened"],
             archive["swivel"],
+            archive["orientation_error"],
             changed=(),
             refused=(),
         )

@@ -2,11 +2,13 @@
 
 Most motions may be followed as they are predicted; those are paced and judged together, and so are
 those that are mixed with minimum jerk because their hands speed up more than once. What has to be
-bent, or ended elsewhere, is finished one by one.
+bent, or ended elsewhere, is finished one by one; a hand that is to be turned at the end is brought
+there one by one, too.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,12 +21,12 @@ from armsyn.kinematics import SerialChain
 from armsyn.planning.allowed import SWING
 from armsyn.planning.bending import INSIDE
 from armsyn.planning.checking import TOLERANCE_M, reached_from, too_far, where
-from armsyn.planning.finishing import SHARES, evened, finished
+from armsyn.planning.finishing import SHARES, brought_to_end, evened, finished
 from armsyn.planning.generation.bells import uneven_reaches
 from armsyn.planning.generation.hands import hold_within
 from armsyn.planning.generation.judging import judge
 from armsyn.planning.generation.pacing import Paced, pace
-from armsyn.planning.posing import HandTask
+from armsyn.planning.posing import HandOrientation, HandTask
 from armsyn.planning.postures import tips
 
 FloatArray = NDArray[np.float64]
@@ -65,6 +67,7 @@ def follow(
     durations: FloatArray,
     targets: FloatArray,
     rate_hz: float,
+    orientations: Sequence[HandOrientation] | None = None,
 ) -> Followed:
     """Make motions samples that an arm may follow, or refuse them, as `finished` does each.
 
@@ -78,6 +81,8 @@ def follow(
     targets : array, shape (M, 3)
         Where the hands are to end, m.
     rate_hz : float
+    orientations : sequence of M HandOrientation, optional
+        How the hands are to be turned at the end.
 
     Returns
     -------
@@ -85,14 +90,36 @@ def follow(
     """
     count = len(angles)
     found = Followed([None] * count, np.ones(count), np.zeros(count), np.zeros(count), {}, {})
-    at_end = _ending_right(arm.chain, angles[:, -1], targets)
+    turns = [None] * count if orientations is None else orientations
+    tasks = [HandTask(target, turned) for target, turned in zip(targets, turns, strict=True)]
+    if orientations is None:
+        at_end = _ending_right(arm.chain, angles[:, -1], targets)
+    else:
+        angles, at_end = _turned(arm, angles, tasks, found)
     left = _follow_evened(arm, angles, durations, rate_hz, at_end, found)
     for row in left.tolist():
+        if row in found.refused:
+            continue
         try:
-            _finish(arm, angles[row], float(durations[row]), targets[row], rate_hz, row, found)
+            _finish(arm, angles[row], float(durations[row]), tasks[row], rate_hz, row, found)
         except RefusedMotionError as error:
             found.refused[row] = error
     return found
+
+
+def _turned(
+    arm: ArmDescription, angles: FloatArray, tasks: Sequence[HandTask], found: Followed
+) -> tuple[FloatArray, BoolArray]:
+    """Bring motions to their ends, the hands turned as asked; say which are there."""
+    ended, at_end = angles.copy(), np.zeros(len(angles), dtype=np.bool_)
+    for row, task in enumerate(tasks):
+        try:
+            if refused := _surely_too_far(arm, angles[row], task.goal):
+                raise refused
+            ended[row], at_end[row] = brought_to_end(arm, angles[row], task), True
+        except RefusedMotionError as error:
+            found.refused[row] = error
+    return ended, at_end
 
 
 def _ending_right(chain: SerialChain, ends: FloatArray, targets: FloatArray) -> BoolArray:
@@ -153,15 +180,15 @@ def _finish(
     arm: ArmDescription,
     angles: FloatArray,
     duration: float,
-    target: FloatArray,
+    task: HandTask,
     rate_hz: float,
     row: int,
     found: Followed,
 ) -> None:
     """Finish one; what has no posture at all is refused before any is looked for nearby."""
-    if refused := _surely_too_far(arm, angles, target):
+    if refused := _surely_too_far(arm, angles, task.goal):
         raise refused
-    done = finished(arm, angles, duration, HandTask(target), rate_hz)
+    done = finished(arm, angles, duration, task, rate_hz)
     found.paths[row], found.scales[row] = done.angles, done.time_scale
     found.evened[row], found.swivels[row] = done.evened, done.swivel_m or 0.0
     if done.refused:
