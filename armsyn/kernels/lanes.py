@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
 from typing import NamedTuple
 
 import numba
@@ -175,9 +176,7 @@ def _play(
     out: FloatArray,
 ) -> None:
     frames = tasks.frames[motions]
-    factors = np.full(frames.max(), timing.rate * timing.dt)
-    for frame in range(min(factors.size, int(timing.ramp / timing.dt) + 1)):
-        factors[frame] *= ramp_value(frame * timing.dt, timing.ramp)
+    factors = _factors(timing, int(frames.max()))
     share = timing.limit_rate * timing.dt
     landmarks = np.ascontiguousarray(tasks.landmarks)
 
@@ -193,6 +192,15 @@ def _play(
         part(*first)
         for done in waiting:
             done.result()
+
+
+@lru_cache(maxsize=16)
+def _factors(timing: Timing, frames: int) -> FloatArray:
+    """Lambda dt times the ramp of phi in every frame, shape (frames,)."""
+    factors = np.full(frames, timing.rate * timing.dt)
+    for frame in range(min(frames, int(timing.ramp / timing.dt) + 1)):
+        factors[frame] *= ramp_value(frame * timing.dt, timing.ramp)
+    return factors
 
 
 def _parts(frames: IntArray) -> list[tuple[int, int]]:

@@ -12,6 +12,7 @@ gains and slopes, and the moment o / s at which phi is one half.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,12 +69,12 @@ class PhasedSynergies:
         """lambda, 1/s, while played over `duration`."""
         return ARM_RATES[self.ik]
 
-    @property
+    @cached_property
     def lower(self) -> FloatArray:
         """Lower bounds of the coordinates, shape (P,)."""
         return self._box(0)
 
-    @property
+    @cached_property
     def upper(self) -> FloatArray:
         """Upper bounds of the coordinates, shape (P,)."""
         return self._box(1)
