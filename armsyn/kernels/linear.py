@@ -68,3 +68,23 @@ def eigen_symmetric(B: FloatArray, V: FloatArray) -> None:
                     v_kq = V[k, q]
                     V[k, p] = c * v_kp - s * v_kq
                     V[k, q] = s * v_kp + c * v_kq
+
+
+@kernel
+def solve_positive(B: FloatArray, y: FloatArray) -> None:
+    """Solve B x = y in place of y, B symmetric and positive definite, by Cholesky (B is lost)."""
+    m = y.shape[0]
+    for j in range(m):
+        for i in range(j, m):
+            total = B[i, j]
+            for h in range(j):
+                total -= B[i, h] * B[j, h]
+            B[i, j] = math.sqrt(total) if i == j else total / B[j, j]
+    for i in range(m):
+        for h in range(i):
+            y[i] -= B[i, h] * y[h]
+        y[i] /= B[i, i]
+    for i in range(m - 1, -1, -1):
+        for h in range(i + 1, m):
+            y[i] -= B[h, i] * y[h]
+        y[i] /= B[i, i]

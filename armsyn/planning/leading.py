@@ -9,7 +9,7 @@ import numpy as np
 
 from armsyn.kernels.chain import ChainArrays, forward, jacobian, positions_along
 from armsyn.kernels.compiling import generated_kernel
-from armsyn.kernels.linear import gram
+from armsyn.kernels.linear import gram, solve_positive
 from armsyn.kernels.optimisers import OptimiserSettings
 from armsyn.kernels.solver import descend
 from armsyn.kernels.types import FloatArray
@@ -150,7 +150,7 @@ def _likeliest(
     gram(C, B)
     for i in range(m):
         B[i, i] += damping[i] * damping[i]
-    _solve_positive(B, y)
+    solve_positive(B, y)
     norm = 0.0
     for j in range(k):
         x[j] = 0.0
@@ -159,23 +159,3 @@ def _likeliest(
         norm += x[j] * x[j]
     if norm > longest * longest:
         x *= longest / math.sqrt(norm)
-
-
-@generated_kernel
-def _solve_positive(B: FloatArray, y: FloatArray) -> None:
-    """Solve B x = y in place of y, B symmetric and positive definite, by Cholesky (B is lost)."""
-    m = y.shape[0]
-    for j in range(m):
-        for i in range(j, m):
-            total = B[i, j]
-            for h in range(j):
-                total -= B[i, h] * B[j, h]
-            B[i, j] = math.sqrt(total) if i == j else total / B[j, j]
-    for i in range(m):
-        for h in range(i):
-            y[i] -= B[i, h] * y[h]
-        y[i] /= B[i, i]
-    for i in range(m - 1, -1, -1):
-        for h in range(i + 1, m):
-            y[i] -= B[h, i] * y[h]
-        y[i] /= B[i, i]

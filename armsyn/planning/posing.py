@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armsyn.errors import InputError
-from armsyn.kinematics import SerialChain, quaternion
+from armsyn.kernels import settling
+from armsyn.kinematics import SerialChain
 from armsyn.kinematics.rotation import checked_rotation, from_rpy
 
 FloatArray = NDArray[np.float64]
@@ -22,13 +24,7 @@ FloatArray = NDArray[np.float64]
 DEFAULT_TOLERANCE = float(np.radians(2.0))
 """rad that a hand may be off the orientation that is asked for."""
 
-_DAMPING = 1e-3
-_LARGEST_STEP = 0.3
 _STEPS = 100
-_PROGRESS, _PATIENCE = 0.995, 8
-"""Steps that bring less than that count as none; after so many of them there is nothing to come."""
-_CLOSE = 1e-5
-"""m (with turns weighed by a third of the reach) that are there."""
 
 
 class HandOrientation(Protocol):
@@ -42,8 +38,9 @@ class HandOrientation(Protocol):
     def angles(self) -> int:
         """How many angles it asks for: 2 of a direction, 3 of a whole orientation."""
 
-    def left(self, chain: SerialChain, hand: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the turn that is left, as a rotation vector, and what turns count, (3, 3)."""
+    @property
+    def wanted(self) -> FloatArray:
+        """The tip's orientation, or the direction as the first row; shape (3, 3)."""
 
 
 @dataclass(frozen=True)
@@ -74,16 +71,10 @@ class Pointing:
         object.__setattr__(self, "direction", wanted / np.linalg.norm(wanted))
         _check_tolerance(self.tolerance)
 
-    def left(self, chain: SerialChain, hand: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """As `HandOrientation.left`."""
-        points = hand @ pointing_axis(chain)
-        wanted = np.asarray(self.direction)
-        across = np.cross(points, wanted)
-        sine, cosine = float(np.linalg.norm(across)), float(points @ wanted)
-        if sine < 1e-9 and cosine < 0.0:  # the other way: about any axis across
-            across, sine = np.linalg.svd(points[None])[2][1], 1.0
-        turn = np.arctan2(sine if cosine > -1.0 + 1e-15 else 0.0, cosine)
-        return across * (turn / max(sine, 1e-12)), np.eye(3) - np.outer(points, points)
+    @property
+    def wanted(self) -> FloatArray:
+        """As `HandOrientation.wanted`."""
+        return np.array((self.direction,) * 3)
 
 
 @dataclass(frozen=True)
@@ -111,14 +102,10 @@ class Turned:
         object.__setattr__(self, "rotation", checked_rotation(self.rotation))
         _check_tolerance(self.tolerance)
 
-    def left(
-        self,
-        chain: SerialChain,  # noqa: ARG002 - as directions need it
-        hand: FloatArray,
-    ) -> tuple[FloatArray, FloatArray]:
-        """As `HandOrientation.left`."""
-        turn = np.asarray(self.rotation) @ hand.T
-        return quaternion.to_expmap(quaternion.from_matrix(turn)), np.eye(3)
+    @property
+    def wanted(self) -> FloatArray:
+        """As `HandOrientation.wanted`."""
+        return np.array(self.rotation, order="C")
 
 
 def pointing_axis(chain: SerialChain) -> FloatArray:
@@ -126,9 +113,17 @@ def pointing_axis(chain: SerialChain) -> FloatArray:
 
     The tip's x axis, where the tip lies in the last joint.
     """
-    offset = from_rpy(chain.tip_rpy).T @ np.asarray(chain.tip_xyz)
+    return _pointing(tuple(chain.tip_xyz), tuple(chain.tip_rpy))
+
+
+@lru_cache(maxsize=32)
+def _pointing(tip_xyz: tuple[float, ...], tip_rpy: tuple[float, ...]) -> FloatArray:
+    offset = from_rpy(tip_rpy).T @ np.asarray(tip_xyz)
     length = float(np.linalg.norm(offset))
     return offset / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])
+
+
+_NOT_TURNED = np.zeros((3, 3))
 
 
 class HandTask(NamedTuple):
@@ -153,12 +148,18 @@ class HandTask(NamedTuple):
             m, then rad.
         array, shape (3, n) or (6, n)
         """
+        rows = 3 if self.orientation is None else 6
+        left, J = np.empty(rows), np.empty((rows, chain.dof))
+        posture = np.array(q, dtype=np.float64)
+        settling.task_left(chain.arrays, *self.arguments(chain), posture, left, J)
+        return left, J
+
+    def arguments(self, chain: SerialChain) -> tuple[FloatArray, int, FloatArray, FloatArray]:
+        """Return the task as `armsyn.kernels.settling` takes it: goal, angles, wanted, axis."""
+        goal = np.array(self.goal, dtype=np.float64)
         if self.orientation is None:
-            return self.goal - chain.positions(q[None])[0, -1], chain.jacobian(q)
-        frames, jacobian = chain.forward(q), chain.jacobian(q, pose=True)
-        turn, counts = self.orientation.left(chain, frames.orientations[-1])
-        jacobian[3:] = counts @ jacobian[3:]
-        return np.concatenate([self.goal - frames.tip, turn]), jacobian
+            return goal, 0, _NOT_TURNED, _NOT_TURNED[0]
+        return goal, self.orientation.angles, self.orientation.wanted, pointing_axis(chain)
 
     def errors(self, chain: SerialChain, q: FloatArray) -> tuple[float, float]:
         """Distance of the hand to the goal, m, and angle to the orientation, rad."""
@@ -190,35 +191,9 @@ def settled(
     array, shape (n,)
         Within the limits; how well it does is to be asked of the task.
     """
-    scale = np.concatenate([np.ones(3), np.full(3, 0.3 * chain.reach)])
-    q = np.clip(near, chain.lower, chain.upper)
-    best, least, stale = q, np.inf, 0
-    for _ in range(steps):
-        left, jacobian = task.left(chain, q)
-        rows = scale[: left.size]
-        left, jacobian = left * rows, jacobian * rows[:, None]
-        miss = float(np.linalg.norm(left))
-        stale = 0 if miss < _PROGRESS * least else stale + 1
-        if miss < least:
-            best, least = q, miss
-        if miss < _CLOSE or stale > _PATIENCE:
-            break
-        q = np.clip(q + _step(chain, q, left, jacobian), chain.lower, chain.upper)
-    return best
-
-
-def _step(chain: SerialChain, q: FloatArray, left: FloatArray, jacobian: FloatArray) -> FloatArray:
-    free = np.ones(q.size, dtype=bool)
-    for _ in range(q.size):
-        J = jacobian * free
-        damping = _DAMPING * chain.reach * min(1.0, float(np.linalg.norm(left)) / chain.reach)
-        dq = J.T @ np.linalg.solve(J @ J.T + (damping**2 + 1e-12) * np.eye(left.size), left)
-        pressing = free & (((q <= chain.lower) & (dq < 0)) | ((q >= chain.upper) & (dq > 0)))
-        if not pressing.any():
-            break
-        free &= ~pressing
-    largest = float(np.abs(dq).max())
-    return np.asarray(dq * min(1.0, _LARGEST_STEP / max(largest, 1e-12)))
+    q = np.array(near, dtype=np.float64)
+    settling.settle(chain.arrays, *task.arguments(chain), chain.reach, steps, q)
+    return q
 
 
 def _check_tolerance(tolerance: float) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from armsyn.kernels.linear import eigen_symmetric, gram
+from armsyn.kernels.linear import eigen_symmetric, gram, solve_positive
 
 
 def symmetric(size: int, eigenvalues: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -50,3 +50,13 @@ def test_eigenvalues_in_closed_form(B: np.ndarray, values: list[float]) -> None:
     eigen_symmetric(D, V)
     np.testing.assert_allclose(np.sort(np.diag(D)), values, rtol=0, atol=1e-15)
     np.testing.assert_allclose((V * np.diag(D)) @ V.T, B, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("size", [1, 3, 6])
+def test_a_positive_system_is_solved(size: int) -> None:
+    rng = np.random.default_rng(size)
+    B = symmetric(size, 10.0 ** rng.uniform(-4.0, 0.0, size), rng)
+    y = rng.normal(size=size)
+    wanted = np.linalg.solve(B, y)
+    solve_positive(B.copy(), y)
+    np.testing.assert_allclose(y, wanted, rtol=1e-10)

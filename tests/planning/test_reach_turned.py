@@ -159,6 +159,7 @@ def test_what_is_no_orientation_is_refused(wrong: object) -> None:
 
 
 def test_pointing_the_very_other_way_is_a_turn_of_half_a_circle(arm: ArmDescription) -> None:
-    hand = arm.chain.forward(arm.rest).orientations[-1]
-    turn, _ = Pointing(-(hand @ pointing_axis(arm.chain))).left(arm.chain, hand)
-    assert np.linalg.norm(turn) == pytest.approx(np.pi)
+    hand = arm.chain.forward(arm.rest)
+    away = Pointing(-(hand.orientations[-1] @ pointing_axis(arm.chain)))
+    left, _ = HandTask(hand.tip, away).left(arm.chain, arm.rest)
+    assert np.linalg.norm(left[3:]) == pytest.approx(np.pi)
