@@ -1,4 +1,4 @@
-"""One motion over phase made samples that an arm may follow, or refused."""
+"""Motions over phase made samples that an arm may follow, or refused."""
 
 from __future__ import annotations
 
@@ -8,16 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
+from armsyn.errors import RefusedMotionError
 from armsyn.kernels.reaches import ALLOWED
-from armsyn.planning.bending import leaves_range, within_ranges
+from armsyn.planning.bending import INSIDE, leaves_range, within_ranges
 from armsyn.planning.evenness import uneven_speed
+from armsyn.planning.generation.bells import uneven_reaches
+from armsyn.planning.generation.hands import hold_within
 from armsyn.planning.generation.judging import judge
-from armsyn.planning.generation.pacing import pace
+from armsyn.planning.generation.pacing import Paced, pace
 from armsyn.planning.planned import trajectory_of
 from armsyn.planning.timing import in_time
 from armsyn.safety import check_trajectory
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 SWING = 1e-4
 """rad (or m) by which a spline between samples within a range may leave it, and is put right."""
@@ -30,8 +34,6 @@ class Finished(NamedTuple):
     ----------
     angles : array, shape (frames, n)
         At the rate that was asked for, rad or m.
-    positions : array, shape (frames, n + 1, 3)
-        Of every joint and the tip then, m.
     time_scale : float
         kappa.
     swivel_m : float or None
@@ -43,11 +45,57 @@ class Finished(NamedTuple):
     """
 
     angles: FloatArray
-    positions: FloatArray
     time_scale: float
     swivel_m: float | None = None
     evened: float = 0.0
     refused: str = ""
+
+
+class Tried(NamedTuple):
+    """What came of M motions as they are.
+
+    Attributes
+    ----------
+    paced : Paced
+        Their samples.
+    allowed, uneven : array of bool, shape (M,)
+        Which may be followed, and which but for more than one bell.
+    beyond, swung : array of bool, shape (M,)
+        Which leave the ranges, or whose splines do by more than `SWING`: those are neither.
+    """
+
+    paced: Paced
+    allowed: BoolArray
+    uneven: BoolArray
+    beyond: BoolArray
+    swung: BoolArray
+
+
+def tried(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz: float) -> Tried:
+    """Slow many motions, and say which of them an arm may follow.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    angles : array, shape (M, phases, n)
+        rad or m, finite; the first and the last row of each within the limits.
+    durations : array, shape (M,)
+        s.
+    rate_hz : float
+
+    Returns
+    -------
+    Tried
+    """
+    chain, count = arm.chain, len(angles)
+    most = np.maximum(chain.lower - angles.min(axis=1), angles.max(axis=1) - chain.upper)
+    beyond = most.max(axis=1) > INSIDE
+    paced = pace(arm, angles, durations, rate_hz)
+    swung = np.empty(count, dtype=np.bool_)
+    hold_within(chain.lower, chain.upper, SWING, paced.first, paced.paths, swung)
+    good = (judge(arm, paced).kinds == ALLOWED) & (paced.lengths > 0) & ~beyond & ~swung
+    uneven = uneven_reaches(chain, paced)
+    return Tried(paced, good & ~uneven, good & uneven, beyond, swung)
 
 
 def checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: float) -> Finished:
@@ -73,29 +121,32 @@ def checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: f
     UnevenError
         The hand's speed has more than one peak.
     """
-    chain = arm.chain
-    bent = within_ranges(chain, angles)
-    paced = pace(arm, bent[None], np.array([duration]), rate_hz)
-    if _beyond(arm, paced.paths) > SWING:  # the spline between samples that are within
-        bent = within_ranges(chain, angles, inset=True)
-        paced = pace(arm, bent[None], np.array([duration]), rate_hz)
-    if outside := leaves_range(chain, bent):
-        raise outside
-    samples, scale = paced.path(0), float(paced.scales[0])
-    if not len(samples):  # which then is refused here, by the joint's name
-        samples, scale = in_time(bent, duration, arm, rate_hz)
-    if _beyond(arm, samples) < SWING:
-        np.clip(samples, chain.lower, chain.upper, out=samples)
-    if judge(arm, paced).kinds[0] != ALLOWED:  # said in the driver's own words
-        positions = chain.positions(samples)
-        check_trajectory(trajectory_of(arm, samples, positions, rate_hz, "the reach"), arm)
+    bent, durations = angles, np.array([duration])
+    found = tried(arm, bent[None], durations, rate_hz)
+    if found.beyond[0]:
+        bent = within_ranges(arm.chain, angles)
+        found = tried(arm, bent[None], durations, rate_hz)
+    if found.swung[0]:  # the spline between samples that are within
+        bent = within_ranges(arm.chain, angles, inset=True)
+        found = tried(arm, bent[None], durations, rate_hz)
+    samples, scale = found.paced.path(0), float(found.paced.scales[0])
+    if not found.allowed[0]:
+        if not len(samples) or found.swung[0]:  # which is refused, by the joint's name
+            samples, scale = in_time(bent, duration, arm, rate_hz)
+        if refused := _why_not(arm, bent, samples, rate_hz):
+            raise refused
+    return Finished(samples, scale)
+
+
+def _why_not(
+    arm: ArmDescription, bent: FloatArray, samples: FloatArray, rate_hz: float
+) -> RefusedMotionError | None:
+    """Say in the driver's own words what is against a motion; None where that is by rounding."""
+    if outside := leaves_range(arm.chain, bent):
+        return outside
     positions = arm.chain.positions(samples)
-    if uneven := uneven_speed(positions[:, -1], rate_hz):
-        raise uneven
-    return Finished(samples, positions, scale)
-
-
-def _beyond(arm: ArmDescription, samples: FloatArray) -> float:
-    """How far samples leave the joints' ranges, rad or m."""
-    beyond = np.maximum(arm.chain.lower - samples, samples - arm.chain.upper)
-    return float(beyond.max(initial=0.0))
+    try:
+        check_trajectory(trajectory_of(arm, samples, positions, rate_hz, "the reach"), arm)
+    except RefusedMotionError as refused:
+        return refused
+    return uneven_speed(positions[:, -1], rate_hz)

@@ -9,7 +9,8 @@ and then refused.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
-from armsyn.planning.allowed import Finished, checked
+from armsyn.planning.allowed import Finished, checked, tried
 from armsyn.planning.bending import keeping_hand, to_end
 from armsyn.planning.end_posture import end_posture, fulfilled
 from armsyn.planning.ending import EASE
@@ -25,20 +26,13 @@ from armsyn.planning.evenness import UnevenError
 from armsyn.planning.planned import PlannedReach, trajectory_of
 from armsyn.planning.posing import HandTask
 from armsyn.planning.postures import tips
-from armsyn.planning.swivel import swivels
+from armsyn.planning.swivel import Swivel, swivels
+from armsyn.safety import Clearances
 
 FloatArray = NDArray[np.float64]
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Of minimum jerk that are tried where a hand would speed up more than once."""
-
-
-class _Way(NamedTuple):
-    """Another motion over phase to the target; see `Finished`."""
-
-    angles: FloatArray
-    swivel_m: float | None
-    evened: float
 
 
 def finished(
@@ -73,34 +67,88 @@ def finished(
     try:
         return checked(arm, angles, duration, rate_hz)
     except RefusedMotionError as error:
-        refused = told = error
-    for way in _other_ways(arm, angles, task, uneven=isinstance(refused, UnevenError)):
-        try:
-            done = checked(arm, way.angles, duration, rate_hz)
-        except RefusedMotionError as error:
-            if isinstance(told, UnevenError):  # what is in the way of evening is why
-                told = error
+        refused = error
+    required, failed = Clearances.of(arm, start=angles[0]), []
+    for end, ways in _other_ways(arm, angles, task, uneven=isinstance(refused, UnevenError)):
+        if required.broken_by(end):  # and so is every way to it
+            failed.append(to_end(angles, end))
             continue
-        return done._replace(swivel_m=way.swivel_m, evened=way.evened, refused=str(refused))
-    if told is not refused:
-        told.add(f"as predicted, {refused}")
+        if done := _first_allowed(arm, some := list(ways), duration, rate_hz):
+            return done._replace(refused=str(refused))
+        failed += [way.angles for way in some]
+    raise _told(arm, refused, failed, duration, rate_hz)
+
+
+def _first_allowed(
+    arm: ArmDescription, ways: Sequence[_Way], duration: float, rate_hz: float
+) -> Finished | None:
+    """Try ways together, and return the first that an arm may follow; bent, where it has to be."""
+    angles = np.array([way.angles for way in ways])
+    found = tried(arm, angles, np.full(len(ways), duration), rate_hz)
+    for row, (_, swivel_m, share) in enumerate(ways):
+        if found.allowed[row]:
+            scale = float(found.paced.scales[row])
+            return Finished(found.paced.path(row), scale, swivel_m, share)
+        if found.beyond[row] or found.swung[row]:
+            with suppress(RefusedMotionError):
+                done = checked(arm, angles[row], duration, rate_hz)
+                return done._replace(swivel_m=swivel_m, evened=share)
+    return None
+
+
+def _told(
+    arm: ArmDescription,
+    refused: RefusedMotionError,
+    failed: Sequence[FloatArray],
+    duration: float,
+    rate_hz: float,
+) -> RefusedMotionError:
+    """Return what is said where nothing serves: of a bell, what is in the way of evening."""
+    told = refused
+    for angles in failed if isinstance(refused, UnevenError) else ():
+        try:
+            checked(arm, angles, duration, rate_hz)
+        except UnevenError:
+            continue
+        except RefusedMotionError as error:
+            told = error
+            told.add(f"as predicted, {refused}")
+            break
     told.add("other ways, with other swivels of the arm, were tried, too")
-    raise told
+    return told
+
+
+class _Way(NamedTuple):
+    """Another motion over phase to the target; see `Finished`."""
+
+    angles: FloatArray
+    swivel_m: float | None
+    evened: float
+
+
+_Ways = tuple[FloatArray, Iterable[_Way]]
+"""An end posture, and ways there."""
 
 
 def _other_ways(
     arm: ArmDescription, angles: FloatArray, task: HandTask, *, uneven: bool
-) -> Iterator[_Way]:
+) -> Iterator[_Ways]:
     """What else may serve; the one that is likeliest to first."""
-    here = (_Way(evened(angles, share), None, share) for share in SHARES)
+    here: list[_Ways] = [
+        (angles[-1], [_Way(evened(angles, share), None, share)]) for share in SHARES
+    ]
     if uneven:
         yield from here
     for swivel in swivels(arm.chain, task, angles[-1]):
-        for way in _ways(arm, angles, swivel.posture):
-            yield _Way(way, swivel.moved_m, 0.0)
-        yield _Way(evened(way, 1.0), swivel.moved_m, 1.0)
+        yield swivel.posture, _swivelled(arm, angles, swivel)
     if not uneven:
         yield from here
+
+
+def _swivelled(arm: ArmDescription, angles: FloatArray, swivel: Swivel) -> Iterator[_Way]:
+    for way in _ways(arm, angles, swivel.posture):
+        yield _Way(way, swivel.moved_m, 0.0)
+    yield _Way(evened(way, 1.0), swivel.moved_m, 1.0)
 
 
 def evened(angles: FloatArray, share: float) -> FloatArray:
@@ -139,11 +187,12 @@ def reach_of(
     -------
     PlannedReach
     """
-    distance, angle = math.dist(task.goal, done.positions[-1, -1]), 0.0
+    positions = arm.chain.positions(done.angles)
+    distance, angle = math.dist(task.goal, positions[-1, -1]), 0.0
     if task.orientation is not None:
         _, angle = task.errors(arm.chain, done.angles[-1])
     return PlannedReach(
-        trajectory_of(arm, done.angles, done.positions, rate_hz, source),
+        trajectory_of(arm, done.angles, positions, rate_hz, source),
         task.goal,
         plan,
         done.time_scale,

@@ -21,6 +21,7 @@ from armsyn.planning.finishing import finished, reach_of
 from armsyn.planning.nearest import NearestReaches
 from armsyn.planning.planned import PlannedReach
 from armsyn.planning.posing import HandOrientation, HandTask
+from armsyn.planning.postures import tips
 from armsyn.planning.prediction import Predictor
 
 THERE_M = 5e-4
@@ -74,11 +75,11 @@ class MotionPlanner:
         task, rate_hz = HandTask(checked_target(target), orientation), checked_rate(rate_hz)
         found = self.predictor.predict(start[None], task.goal[None])
         angles, duration = found.angles[0], float(found.durations[0])
+        hand = tips(arm.chain, start[None])[0]
         distance, angle = task.errors(arm.chain, start)
         if distance <= THERE_M and fulfilled(task, distance, angle):
             angles = np.repeat(start[None], PHASES, axis=0)
         done = finished(arm, angles, duration, task, rate_hz)
-        hand = done.positions[0, -1]
         return reach_of(
             arm,
             task,

@@ -176,7 +176,7 @@ class SynergyPlanner:
             raise collision
         if uneven := uneven_speed(rolled.positions[:, -1], rate_hz):
             raise uneven
-        return Finished(rolled.angles, rolled.positions, scale)
+        return Finished(rolled.angles, scale)
 
     def _planned(
         self, task: HandTask, arrived: _Arrived, done: Finished, rate_hz: float

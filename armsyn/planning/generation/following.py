@@ -16,16 +16,10 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError, UnreachableError
-from armsyn.kernels import reaches
 from armsyn.kinematics import SerialChain
-from armsyn.planning.allowed import SWING
-from armsyn.planning.bending import INSIDE
+from armsyn.planning.allowed import tried
 from armsyn.planning.checking import TOLERANCE_M, reached_from, too_far, where
 from armsyn.planning.finishing import SHARES, brought_to_end, evened, finished
-from armsyn.planning.generation.bells import uneven_reaches
-from armsyn.planning.generation.hands import hold_within
-from armsyn.planning.generation.judging import judge
-from armsyn.planning.generation.pacing import Paced, pace
 from armsyn.planning.posing import HandOrientation, HandTask
 from armsyn.planning.postures import tips
 
@@ -145,7 +139,8 @@ def _follow_evened(
         motions = angles[rows] if rows.size < len(angles) else angles
         if share:
             motions = evened(motions, share)
-        paced, good, uneven = _tried(arm, motions, durations[rows], rate_hz)
+        some = tried(arm, motions, durations[rows], rate_hz)
+        paced, good = some.paced, some.allowed
         for place in np.flatnonzero(good).tolist():
             found.paths[rows[place]] = paced.path(place)
         found.scales[rows[good]], found.evened[rows[good]] = paced.scales[good], share
@@ -153,27 +148,9 @@ def _follow_evened(
             found.changed.update(dict.fromkeys(rows[good].tolist(), UNEVEN))
             rows = rows[~good]
         else:
-            others.append(rows[~good & ~uneven])
-            rows = rows[uneven]
+            others.append(rows[~good & ~some.uneven])
+            rows = rows[some.uneven]
     return np.sort(np.concatenate([*others, rows]))
-
-
-def _tried(
-    arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz: float
-) -> tuple[Paced, BoolArray, BoolArray]:
-    """Pace motions; which of them may be followed, and which but for more than one bell.
-
-    Neither are those that `armsyn.planning.allowed.checked` would bend before it says more.
-    """
-    lower, upper = arm.chain.lower, arm.chain.upper
-    inside = (angles.min(axis=1) >= lower - INSIDE) & (angles.max(axis=1) <= upper + INSIDE)
-    paced = pace(arm, angles, durations, rate_hz)
-    swung = np.empty(len(angles), dtype=np.bool_)
-    hold_within(lower, upper, SWING, paced.first, paced.paths, swung)
-    allowed = inside.all(axis=1) & (paced.lengths > 0) & ~swung
-    allowed &= judge(arm, paced).kinds == reaches.ALLOWED
-    uneven = uneven_reaches(arm.chain, paced)
-    return paced, allowed & ~uneven, allowed & uneven
 
 
 def _finish(
