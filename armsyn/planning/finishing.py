@@ -134,9 +134,7 @@ def _other_ways(
     arm: ArmDescription, angles: FloatArray, task: HandTask, *, uneven: bool
 ) -> Iterator[_Ways]:
     """What else may serve; the one that is likeliest to first."""
-    here: list[_Ways] = [
-        (angles[-1], [_Way(evened(angles, share), None, share)]) for share in SHARES
-    ]
+    here = ((angles[-1], [_Way(evened(angles, share), None, share)]) for share in SHARES)
     if uneven:
         yield from here
     for swivel in swivels(arm.chain, task, angles[-1]):
