@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from armsyn.arm import load_arm
 from armsyn.errors import CaptureError, InputError
 from armsyn.planning.ending import ended_at
-from armsyn.planning.examples import PHASE, PHASES, Examples
+from armsyn.planning.examples import PHASE, PHASES, Examples, examples_of_people
 from armsyn.planning.generation.variability import Variability, learn_variability
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor
+from armsyn.planning.predictor import learn_predictor
+from armsyn.scoring.posture import swivel_angles
+
+FloatArray = NDArray[np.float64]
 
 ARM = load_arm("human7", calibrated=False)
 PLACES = np.array([[0.35, -0.1, -0.15], [0.4, -0.25, -0.05], [0.3, 0.05, -0.3]])
@@ -94,24 +99,51 @@ def test_a_document_comes_back_and_damage_is_told(learned: Variability) -> None:
             Variability.from_document(damaged)
 
 
-def test_a_persons_repeats_vary_as_much_again(captures: object) -> None:
-    """Those of S01: the hand's spread midway, of captured repeats and of drawn ones."""
-    from armsyn.planning.examples import examples_of_people
-    from armsyn.planning.predictor import learn_predictor
+def test_ends_differ_by_all_that_repeats_do_with_the_hand_where_it_is() -> None:
+    """Modes in no posture's null space: four of seven directions would be left of them."""
+    rng = np.random.default_rng(3)
+    modes = 0.02 * rng.normal(size=(12, 1, 7)) * PHASE[:, None]
+    spread = Variability(modes, np.zeros(12), 20)
+    for goal in PLACES:
+        targets = np.tile(goal, (4000, 1))
+        starts = np.tile(ARM.rest, (4000, 1))
+        predicted = MinimumJerkPredictor(ARM.chain).predict(starts, targets)
+        ends = spread.vary(ARM.chain, predicted, targets, 2, 0).angles[:, -1]
+        whole = np.sum(modes[:, -1] ** 2)
+        assert ends.var(axis=0).sum() == pytest.approx(whole, rel=0.06)
+        hands = ARM.chain.positions(ends)[:, -1]
+        assert np.linalg.norm(hands - goal, axis=1).max() < 2e-5
 
+
+def within_places(values: FloatArray, places: tuple[str, ...]) -> FloatArray:
+    """Variance around each place's own mean."""
+    rows = [[row for row, name in enumerate(places) if name == place] for place in {*places}]
+    around = [values[some] - values[some].mean(axis=0) for some in rows]
+    freedom = sum(len(some) - 1 for some in rows)
+    return np.asarray(sum((part**2).sum(axis=0) for part in around) / freedom)
+
+
+@pytest.mark.parametrize("subject", ["S01", "S02", "S03", "S04"])
+def test_a_persons_repeats_vary_as_much_again(subject: str, captures: object) -> None:
+    """Around what is predicted: posture over the reach, and the elbow's swivel at its end."""
     del captures
-    person = examples_of_people("S01")
+    person = examples_of_people(subject)
     linear = learn_predictor("linear", person)
     varied = learn_variability(person, linear)
-    place = max(set(person.places), key=person.places.count)
-    mine = person.only([k for k, name in enumerate(person.places) if name == place])
-    count = 400
-    targets = np.tile(mine.targets.mean(axis=0), (count, 1))
-    starts = np.tile(mine.starts.mean(axis=0), (count, 1))
-    drawn = varied.vary(person.chain, linear.predict(starts, targets), targets, 0, 0)
+    phases = [25, 50, 75, 90, 100]
 
-    def spread(angles: np.ndarray) -> float:
-        hands = person.chain.positions(angles[:, PHASES // 2])[:, -1]
-        return float(np.sqrt(((hands - hands.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    def swivels(angles: FloatArray) -> FloatArray:
+        shoulder, elbow, hand = person.chain.positions(angles[:, -1])[:, [0, 3, 4]].swapaxes(0, 1)
+        return swivel_angles(shoulder, elbow, hand)
 
-    assert 0.5 < spread(drawn.angles) / spread(mine.angles) < 2.0
+    predicted = linear.predict(person.starts, person.targets)
+    captured = within_places(person.angles - predicted.angles, person.places)
+    turned = within_places(swivels(person.angles) - swivels(predicted.angles), person.places)
+    drawn = [
+        varied.vary(person.chain, predicted, person.targets, seed, 0).angles for seed in range(20)
+    ]
+    change = (np.stack(drawn) - predicted.angles)[:, :, phases]
+    ratio = (change**2).mean(axis=(0, 1)).sum(axis=1) / captured[phases].sum(axis=1)
+    assert ((ratio > 0.9) & (ratio < 1.1)).all()
+    swivel = np.stack([swivels(angles) - swivels(predicted.angles) for angles in drawn])
+    assert 0.7 < np.mean(swivel**2) / turned < 1.5

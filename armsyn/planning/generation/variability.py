@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from armsyn.errors import CaptureError, InputError
 from armsyn.kinematics import SerialChain
-from armsyn.planning.ending import ended_at
+from armsyn.planning.ending import EASE, ended_at
 from armsyn.planning.examples import PHASES, Examples
 from armsyn.planning.generation.chance import normal
+from armsyn.planning.postures import jacobians
 from armsyn.planning.prediction import Predicted, Predictor
 
 FloatArray = NDArray[np.float64]
@@ -28,6 +29,11 @@ KEPT = 0.99
 """Share of the variance that modes are kept for."""
 
 MOST_MODES = 24
+MOST_STRETCH = 2.0
+"""Of modes at an end posture, of which the hand leaves hardly anything where it is."""
+_STILL = 0.02
+"""Share of the arm's reach, m/rad: what moves the hand by less does not."""
+
 FEWEST_REPEATS = 6
 """Repeats beyond the first of each target, for a covariance that is more than chance."""
 
@@ -74,9 +80,27 @@ class Variability:
         count = len(targets)
         z = normal(seed, "repeats", first, first + count, len(self.times))
         change = (z @ self.modes.reshape(len(self.times), -1)).reshape(predicted.angles.shape)
+        last = np.einsum("mk,mkn->mn", z, self._last_modes(chain, predicted.angles[:, -1]))
+        change += EASE[:, None] * (last - change[:, -1])[:, None]
         angles, errors = ended_at(chain, predicted.angles + change, targets)
         durations = predicted.durations * np.exp(z @ self.times)
         return dataclasses.replace(predicted, angles=angles, durations=durations, errors=errors)
+
+    def _last_modes(self, chain: SerialChain, ends: FloatArray) -> FloatArray:
+        """Return what the modes change at end postures, shape (M, n), the hand staying: (M, k, n).
+
+        People's repeats that end with the hand in one place differ by what leaves it there. That
+        is another part of posture space at every place, and modes of all places lie in none of
+        them: what is left of them there has less than people's variance, and is stretched to it.
+        """
+        last = self.modes[:, -1]
+        J = jacobians(chain, ends)
+        square = J @ J.transpose(0, 2, 1) + (_STILL * chain.reach) ** 2 * np.eye(3)
+        moved = np.einsum("kn,man->mka", last, J)
+        staying = last - np.einsum("mka,man->mkn", moved, np.linalg.solve(square, J))
+        size = np.sqrt((staying**2).sum(axis=(1, 2)))
+        stretch = np.minimum(np.linalg.norm(last) / np.maximum(size, 1e-9), MOST_STRETCH)
+        return np.asarray(stretch[:, None, None] * staying)
 
     def as_document(self) -> dict[str, Any]:
         """Return it as JSON can hold it; see `from_document`."""
