@@ -53,10 +53,29 @@ def ended_at(
     return _led(chain, angles, angles[:, 0], targets)
 
 
-def _led(
+def carried_to(
     chain: SerialChain, angles: FloatArray, starts: FloatArray, targets: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Carry over to other starts what motions have beyond minimum jerk.
+
+    From start to end every joint goes by minimum jerk. What the given motion deviates from its own
+    minimum jerk is added, in proportion to how much of its hand's way is gone: all of it from near
+    where it starts, none of it on a way across or back. The end is found, and joints are kept
+    within their ranges, as by `led_to`, whose parameters and returns these are.
+    """
+    return _led(chain, angles, starts, targets, fade=1.0 - EASE, scaled=True)
+
+
+def _led(
+    chain: SerialChain,
+    angles: FloatArray,
+    starts: FloatArray,
+    targets: FloatArray,
+    *,
+    fade: FloatArray = FADE,
+    scaled: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
     led, errors = np.array(angles, order="C"), np.empty(len(angles))
     first, goals = np.array(starts, order="C"), np.ascontiguousarray(targets)
-    lead_each(chain.arrays, first, goals, FADE, EASE, descent_of(chain), led, errors)
+    lead_each(chain.arrays, first, goals, fade, EASE, scaled, descent_of(chain), led, errors)
     return led, errors

@@ -4,7 +4,7 @@ What a target says about a motion is learned by a Gaussian process; what repeats
 a Gaussian around it. Given the start posture and the target, the likeliest motion is found in the
 principal components of that spread by damped steps (latent inverse kinematics: Carvalho, Boulic and
 Thalmann, 4.2): the corrections are shared between joints and over time as people's own deviations
-are. What the damping leaves is closed as `armsyn.planning.ending` does.
+are. What the damping leaves is closed by `armsyn.planning.ending.carried_to`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.kinematics import SerialChain
-from armsyn.planning.ending import led_to
+from armsyn.planning.ending import carried_to
 from armsyn.planning.examples import PHASES, Examples
 from armsyn.planning.features import FEWEST_GROUPS, Kernel, Regression, best_kernel, regression
 from armsyn.planning.hull import Hull
@@ -87,7 +87,7 @@ class LatentPredictor:
         deviation = self.deviation(coefficients, first, goals)
         free = self.mean + np.concatenate([coefficients, deviation], axis=1) @ self._basis
         free = free.reshape(len(goals), PHASES, self.chain.dof)
-        angles, errors = led_to(self.chain, free, first, goals)
+        angles, errors = carried_to(self.chain, free, first, goals)
         durations = self.time(self.chain, first, goals)
         return Predicted(angles, durations, self.hull.outside(goals), errors)
 

@@ -60,6 +60,7 @@ def lead_each(
     targets: FloatArray,
     fade: FloatArray,
     ease: FloatArray,
+    scaled: bool,
     descent: Descent,
     angles: FloatArray,
     errors: FloatArray,
@@ -67,24 +68,44 @@ def lead_each(
     """Lead motions, shape (M, P, n), in place from their starts to where inverse kinematics ends.
 
     The offset to the start is faded by `fade`, shape (P,), that to the end eased in by `ease`;
-    joints stay within their limits after the start.
+    joints stay within their limits after the start. `scaled`: only `carried_share` of each motion
+    is led so.
     """
     frames, n = angles.shape[1:]
     lower, upper = chain[3], chain[4]
-    begin, end = np.empty(n), np.empty((1, n))
+    begin, end, ways = np.empty(n), np.empty((1, n)), np.empty((4, n))
     for row in range(angles.shape[0]):
-        motion = angles[row]
+        motion, share = angles[row], 1.0
         for i in range(n):
-            begin[i] = starts[row, i] - motion[0, i]
             end[0, i] = min(max(motion[frames - 1, i], lower[i]), upper[i])
         descend_each(chain, targets[row : row + 1], descent, end, errors[row : row + 1])
+        if scaled:
+            ways[0], ways[1], ways[2], ways[3] = starts[row], end[0], motion[0], motion[frames - 1]
+            share = carried_share(chain, ways)
         for i in range(n):
-            end[0, i] -= motion[frames - 1, i]
+            begin[i] = starts[row, i] - share * motion[0, i]
+            end[0, i] -= share * motion[frames - 1, i]
         for frame in range(1, frames):
             for i in range(n):
-                moved = motion[frame, i] + begin[i] * fade[frame] + end[0, i] * ease[frame]
+                moved = share * motion[frame, i] + begin[i] * fade[frame] + end[0, i] * ease[frame]
                 motion[frame, i] = min(max(moved, lower[i]), upper[i])
         motion[0] = starts[row]
+
+
+@generated_kernel
+def carried_share(chain: ChainArrays, ways: FloatArray) -> float:
+    """Return how much of one way the hand goes on another, 0 to 1.
+
+    `ways`, shape (4, n), are the first and the last posture of the other, then those of the one;
+    the other's way is taken along the one's.
+    """
+    hands = positions_along(chain, ways)[:, -1]
+    along = square = 0.0
+    for a in range(3):
+        way = hands[3, a] - hands[2, a]
+        along += way * (hands[1, a] - hands[0, a])
+        square += way * way
+    return min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
 
 
 @generated_kernel
