@@ -41,13 +41,13 @@ def load_examples(
 def _takes_named(texts: tuple[str, ...]) -> list[str]:
     """Name each motion of FILE#*."""
     from armsyn.errors import InputError
-    from armsyn.motion.formats import takes_in
+    from armsyn.motion.formats import FORMATS, takes_in
 
     named = []
     for text in texts:
         file = text.removesuffix("#*")
-        is_file = Path(file).is_file()
-        takes = takes_in(file) if is_file and Path(file).suffix.lower() in (".npz", ".mat") else ()
+        is_file = Path(file).is_file() and Path(file).suffix.lower() in FORMATS
+        takes = takes_in(file) if is_file else ()
         if len(takes) > 1 and file == text:
             raise InputError(
                 f"{file}: holds {len(takes)} motions: name one, {file}#{takes[0]}, all, {file}#*,"

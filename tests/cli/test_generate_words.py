@@ -66,16 +66,36 @@ def test_an_arm_without_an_atlas_is_told_what_to_do(call: Call, tmp_path: Path) 
     call(*asked, "--plan", "minjerk", "--variability").refused(2, "leave out --variability")
 
 
-def test_a_reach_of_a_chunk_is_read_as_a_motion(call: Call, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["npz", "csv", "parquet"])
+def test_a_reach_of_a_chunk_is_read_as_a_motion(kind: str, call: Call, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    assert call(*MINJERK, *GRID, "--out", out).status == 0
-    file = out / "reaches-000001.npz"
-    call("motion", "info", f"{file}#0").refused(2, "no motion '0' in it; there are 2, 3")
-    done = call("motion", "convert", f"{file}#3", tmp_path / "one.npz")
+    assert call(*MINJERK, *GRID, "--format", kind, "--out", out).status == 0
+    assert call(*MINJERK, *GRID, "--out", tmp_path / "npz").status == 0
+    file = out / f"reaches-000001.{kind}"
+    if kind != "parquet":  # whose episodes are counted in each file
+        call("motion", "info", f"{file}#0").refused(2, "no motion '0' in it; there are 2, 3")
+    call("score", file, file).refused(2, "holds 2 motions: name one, as FILE#TAKE")
+    name = "1" if kind == "parquet" else "3"
+    done = call("motion", "convert", f"{file}#{name}", tmp_path / "one.npz")
     assert done.status == 0, done.err
-    with np.load(file) as chunk, np.load(tmp_path / "one.npz") as one:
-        np.testing.assert_array_equal(one["angles_rad"], chunk["angles"][chunk["first"][1] :])
-        np.testing.assert_allclose(np.diff(one["time_s"]), 0.02, rtol=1e-9)
+    with (
+        np.load(tmp_path / "npz" / "reaches-000001.npz") as chunk,
+        np.load(tmp_path / "one.npz") as one,
+    ):
+        wanted = chunk["angles"][chunk["first"][1] :]
+        np.testing.assert_allclose(one["angles_rad"], wanted, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(np.diff(one["time_s"]), 0.02, rtol=1e-7)
+    assert call("motion", "info", file).status == 0
+
+
+def test_a_table_of_one_motion_has_no_reaches_to_name(call: Call, tmp_path: Path) -> None:
+    file = tmp_path / "one.csv"
+    file.write_text("time_s,elbow:angle_rad\n0,0\n0.1,0.1\n0.2,0.2\n")
+    assert call("motion", "info", file).status == 0
+    call("motion", "info", f"{file}#1").refused(2, "one motion without a name: leave out #1")
+    cut = tmp_path / "cut.csv"
+    cut.write_text("reach,time_s,elbow:angle_rad\n0,0,0\n0,0.1,0.1")
+    call("motion", "info", f"{cut}#0").refused(2, "the last line has no end: the file was cut")
 
 
 def rows_of(out: Path) -> list[dict[str, str]]:

@@ -19,6 +19,7 @@ from armsyn.motion.formats import (
     bvh_write,
     c3d_format,
     csv_format,
+    csv_reaches,
     delimited,
     lerobot_format,
     mat,
@@ -105,7 +106,11 @@ FORMATS: dict[str, Format] = {
     ".amc": Format("ASF/AMC", amc.read, _EDGE | {"skeleton"}),
     ".bvh": Format("BVH", bvh.read, _EDGE, write_body=bvh_write.write),
     ".c3d": Format("C3D", c3d_format.read, _EDGE),
-    ".csv": Format("delimited text", delimited.read, _TABLE, write=csv_format.write),
+    ".csv": Format(
+        *("delimited text", delimited.read, _TABLE),
+        write=csv_format.write,
+        takes=csv_reaches.takes,
+    ),
     ".mat": Format("MATLAB, of HuG-MP", mat.read, takes=mat.takes),
     ".npz": Format(
         *("numpy archive", _read_npz, frozenset({"up"})),

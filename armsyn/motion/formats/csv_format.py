@@ -81,7 +81,7 @@ def read(path: Path) -> Motion:
     _check_last_line(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            return _parse(file, path)
+            return parse(file, path)
     except UnicodeDecodeError as error:
         raise FormatError(f"{path}: not UTF-8 text (byte {error.start})") from error
     except csv.Error as error:
@@ -97,7 +97,8 @@ def _check_last_line(path: Path) -> None:
             raise FormatError(f"{path}: the last line has no end: the file was cut")
 
 
-def _parse(file: TextIO, path: Path) -> Motion:
+def parse(file: TextIO, path: Path) -> Motion:
+    """Read a motion from text; `path` is what messages call it. See `read`."""
     remarks, first = _read_remarks(file)
     if remarks.get("schema", SCHEMA) != SCHEMA:
         raise FormatError(f"{path}: schema '{remarks['schema']}', expected '{SCHEMA}'")

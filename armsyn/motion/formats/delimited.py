@@ -36,7 +36,7 @@ from pathlib import Path
 import numpy as np
 
 from armsyn.errors import FormatError
-from armsyn.motion.formats import csv_format
+from armsyn.motion.formats import csv_format, csv_reaches
 from armsyn.motion.formats.columns import Column, ColumnMap, read_columns
 from armsyn.motion.formats.joint_logs import JointLog, read_joint_log
 from armsyn.motion.formats.options import RADIANS, Reading, ReadOptions, fact, metres, z_up
@@ -71,6 +71,8 @@ def read(path: Path, options: ReadOptions) -> Reading:
     """
     if options.columns and options.joints:
         raise FormatError(f"{path}: read it by a map of columns or by joints, not by both")
+    if options.take is not None and (options.columns or options.joints):
+        raise FormatError(f"{path}: a map of columns or joints finds one motion, without a name")
     if options.columns:
         return _read_mapped(path, read_columns(options.columns), options)
     if options.joints and options.up:
@@ -79,6 +81,12 @@ def read(path: Path, options: ReadOptions) -> Reading:
         return _read_log(path, read_joint_log(options.joints), options)
     if path.suffix.lower() != ".csv":
         raise FormatError(f"{path}: say what its columns are, by a map or a robot's joints")
+    if not options.given() - {"take"} and csv_reaches.is_reaches(path):
+        return csv_reaches.read(path, options)
+    if options.take is not None:
+        raise FormatError(
+            f"{path}: holds one motion without a name: leave out #{options.take[:60]}"
+        )
     unheard = sorted(options.given())
     if unheard:
         raise FormatError(

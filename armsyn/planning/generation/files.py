@@ -101,7 +101,7 @@ def write_csv(path: Path, batch: Batch, arm: ArmDescription, _task: str = TASK) 
         file.write(f"# {PLANNED}\n" + ",".join(["reach", "time_s", *joints]) + "\n")
         for row, index in enumerate(batch.index.tolist()):
             lines = [
-                f"{index},{frame / paced.rate_hz:.6g}," + ",".join(f"{x:.10g}" for x in angles)
+                f"{index},{frame / paced.rate_hz:.10g}," + ",".join(f"{x:.10g}" for x in angles)
                 for frame, angles in enumerate(paced.path(row).tolist())
             ]
             file.write("\n".join(lines) + "\n")
