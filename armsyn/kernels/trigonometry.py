@@ -36,7 +36,7 @@ def sines_and_cosines(angles: FloatArray, sines: FloatArray, cosines: FloatArray
         p = -1.38888888888730564116e-3 + z * p
         p = 4.16666666666665929218e-2 + z * p
         cosine = 1.0 - 0.5 * z + z * z * p
-        turn = np.int64(quarter)
+        turn = np.int32(quarter)  # as wide as vectors can be converted to
         odd = (turn & 1) == 1
         s = cosine if odd else sine
         c = sine if odd else cosine

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
-from armsyn.kernels.reaches import ALLOWED
+from armsyn.kernels.judging import ALLOWED
+from armsyn.kernels.pacing import hold_within
 from armsyn.planning.bending import INSIDE, leaves_range, within_ranges
 from armsyn.planning.evenness import uneven_speed
 from armsyn.planning.generation.bells import uneven_reaches
-from armsyn.planning.generation.hands import hold_within
 from armsyn.planning.generation.judging import judge
 from armsyn.planning.generation.pacing import Paced, pace
 from armsyn.planning.planned import trajectory_of

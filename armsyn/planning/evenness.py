@@ -8,14 +8,15 @@ movement's onset does not end it here, for a second bell behind it is one.
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.errors import RefusedMotionError
+from armsyn.kernels.bells import Measure, count_each
 from armsyn.motion.filtering import CUTOFF, LOWEST_RATE, REST
 from armsyn.motion.peaks import PEAK_RISE, PEAK_SPACING
-from armsyn.planning.generation import hands
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -69,18 +70,23 @@ def peaks_of(paths: FloatArray, first: IntArray, rate_hz: float) -> IntArray:
     -------
     array of int, shape (M,)
     """
-    counts = np.empty(len(first) - 1, dtype=np.int64)
+    counts, rate = np.empty(len(first) - 1, dtype=np.int64), float(rate_hz)
+    count_each(np.ascontiguousarray(paths), first, rate, measure_of(rate), counts)
+    return counts
+
+
+@cache
+def measure_of(rate_hz: float) -> Measure:
+    """Return how a hand's speed at a rate is measured, as `armsyn.motion.filtering` does."""
     rate = max(rate_hz, LOWEST_RATE)
-    k = math.tan(math.pi * CUTOFF / rate)  # as `armsyn.motion.filtering` has the biquad
+    k = math.tan(math.pi * CUTOFF / rate)
     scale = 1.0 / (1.0 + math.sqrt(2.0) * k + k * k)
-    measure = hands.Measure(
+    return Measure(
         gain=k * k * scale,
         last=2.0 * (k * k - 1.0) * scale,
         before=(1.0 - math.sqrt(2.0) * k + k * k) * scale,
-        rate=float(rate),
+        rate=rate,
         rest=round(REST * rate),
         rise=PEAK_RISE,
         spacing=PEAK_SPACING * rate,
     )
-    hands.count_each(np.ascontiguousarray(paths), first, float(rate_hz), measure, counts)
-    return counts

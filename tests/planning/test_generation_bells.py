@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armsyn.arm import load_arm
+from armsyn.kernels import bells
 from armsyn.motion.filtering import hand_speed
 from armsyn.motion.peaks import count_peaks
 from armsyn.planning.evenness import uneven_speed
-from armsyn.planning.generation import hands
 from armsyn.planning.generation.bells import hands_along, uneven_reaches
 from armsyn.planning.generation.pacing import pace
 
@@ -74,4 +74,4 @@ def test_peaks_of_any_profile_are_counted_as_in_plain_words(
 ) -> None:
     """Whole numbers, so that levels, ties and plateaus come often."""
     speed = np.array(steps, dtype=float)
-    assert hands.count_peaks(speed, float(rise), spacing) == count_peaks(speed, 1.0, rise, spacing)
+    assert bells.count_peaks(speed, float(rise), spacing) == count_peaks(speed, 1.0, rise, spacing)

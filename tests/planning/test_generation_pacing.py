@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription, load_arm
 from armsyn.errors import CollisionError, LimitError
-from armsyn.kernels import reaches
+from armsyn.kernels import judging
 from armsyn.motion import Motion
 from armsyn.planning import timing
 from armsyn.planning.generation import Paced, Verdicts, judge, pace
@@ -85,10 +85,10 @@ def check_alike(arm: ArmDescription, paced: Paced, verdicts: Verdicts, row: int)
     kind, frame, item, value = (part[row] for part in verdicts)
     error = told(arm, paced, row)
     if error is None:
-        assert kind == reaches.ALLOWED
+        assert kind == judging.ALLOWED
         return
     if isinstance(error, CollisionError):
-        assert kind == reaches.CONTACT
+        assert kind == judging.CONTACT
         assert arm.solids.names[item] == (error.first, error.second)
         assert frame == error.frame
         assert value == pytest.approx(-error.depth, abs=1e-9)
@@ -107,7 +107,7 @@ def test_each_is_judged_as_by_safety(name: str) -> None:
     verdicts = judge(arm, paced)
     for row in range(len(angles)):
         check_alike(arm, paced, verdicts, row)
-    assert {reaches.ALLOWED, reaches.RANGE} < set(verdicts.kinds.tolist())
+    assert {judging.ALLOWED, judging.RANGE} < set(verdicts.kinds.tolist())
 
 
 def test_contacts_are_found_with_capsules_planes_and_boxes() -> None:
@@ -127,7 +127,7 @@ def test_contacts_are_found_with_capsules_planes_and_boxes() -> None:
     angles = np.clip(angles, arm.chain.lower, arm.chain.upper)
     paced = pace(arm, angles, durations, 100.0)
     verdicts = judge(arm, paced)
-    touched = np.flatnonzero(verdicts.kinds == reaches.CONTACT)
+    touched = np.flatnonzero(verdicts.kinds == judging.CONTACT)
     others = {arm.solids.names[item][1] for item in verdicts.items[touched]}
     assert {"wall", "box"} < others
     for row in range(len(angles)):
@@ -154,5 +154,5 @@ def test_a_thin_obstacle_between_two_samples_is_found() -> None:
     )
     paced = Paced(paths, np.array([0, 2]), np.ones(1), 200.0)
     verdicts = judge(slow, paced)
-    assert verdicts.kinds[0] == reaches.CONTACT
+    assert verdicts.kinds[0] == judging.CONTACT
     check_alike(slow, paced, verdicts, 0)

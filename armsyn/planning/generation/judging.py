@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.kernels import reaches
+from armsyn.kernels.judging import Tolerances, judge_reaches
+from armsyn.kernels.rates import RateLimits
 from armsyn.planning.generation.pacing import Paced
 from armsyn.safety import Clearances, collision, limits, trajectory
 
@@ -22,7 +23,7 @@ class Verdicts(NamedTuple):
     Attributes
     ----------
     kinds : array of int, shape (M,)
-        `armsyn.kernels.reaches.ALLOWED` or what it breaks.
+        `armsyn.kernels.judging.ALLOWED` or what it breaks.
     frames : array of int, shape (M,)
         Where; of a contact, the frame at or before which it begins.
     items : array of int, shape (M,)
@@ -61,14 +62,14 @@ def judge(arm: ArmDescription, paced: Paced) -> Verdicts:
     clearances = Clearances.of(arm)
     kinds, frames, items = np.empty((3, count), dtype=np.int64)
     found = Verdicts(kinds, frames, items, np.empty(count))
-    reaches.judge_reaches(
+    judge_reaches(
         arm.chain.arrays,
         clearances.solids.arrays,
         clearances.solids.reach,
         clearances.required,
-        reaches.RateLimits(arm.max_velocity, arm.max_acceleration, arm.max_jerk),
+        RateLimits(arm.max_velocity, arm.max_acceleration, arm.max_jerk),
         float(paced.rate_hz),
-        reaches.Tolerances(
+        Tolerances(
             position=limits.POSITION_TOLERANCE,
             rate=trajectory.RATE_TOLERANCE,
             rounding=trajectory.ROUNDING,

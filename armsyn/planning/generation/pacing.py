@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.kernels import reaches
+from armsyn.kernels.pacing import pace_reaches
+from armsyn.kernels.rates import RateLimits
+from armsyn.kernels.sampling import Ease
 from armsyn.planning import timing
 
 FloatArray = NDArray[np.float64]
@@ -72,25 +74,17 @@ def pace(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz
     """
     motions = np.ascontiguousarray(angles, dtype=np.float64)
     count = len(motions)
-    slopes, bends = np.empty_like(motions), np.empty_like(motions)
-    ramps, scales = np.empty((count, 2)), np.empty(count)
-    frames = np.empty(count, dtype=np.int64)
-    reaches.pace_reaches(
+    first, scales = np.empty(count + 1, dtype=np.int64), np.empty(count)
+    paths = pace_reaches(
         motions,
         np.maximum(durations, SHORTEST_S),
-        reaches.RateLimits(*timing.Rates.of(arm)),
+        RateLimits(*timing.Rates.of(arm)),
         float(rate_hz),
         max(1, round(timing.JERK_SPAN * rate_hz)),
-        reaches.Ease(2.0 * timing.CUT_TIME, timing.CUT_SPEED),
-        slopes,
-        bends,
-        ramps,
-        frames,
+        Ease(2.0 * timing.CUT_TIME, timing.CUT_SPEED),
+        first,
         scales,
     )
-    first = np.concatenate([[0], np.cumsum(frames)])
-    paths = np.empty((int(first[-1]), motions.shape[2]))
-    reaches.sample_reaches(motions, slopes, bends, ramps, first, paths)
     return Paced(paths, first, scales, rate_hz)
 
 
