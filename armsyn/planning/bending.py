@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.errors import LimitError
+from armsyn.kernels.keeping import keep_hand
 from armsyn.kinematics import SerialChain
 from armsyn.planning.ending import EASE
-from armsyn.planning.postures import jacobians, tips
+from armsyn.planning.postures import tips
 
 FloatArray = NDArray[np.float64]
 
@@ -64,17 +65,11 @@ def keeping_hand(
         The first row is unchanged; None where the hand cannot be brought back without a joint
         leaving its range, which would be a corner in the motion.
     """
-    bent = np.array(angles)
+    bent, path = np.array(angles), np.ascontiguousarray(hand)
     moving = np.ones(chain.dof) if fixed is None else np.where(fixed, 0.0, 1.0)
-    for _ in range(_PASSES):
-        gap = hand - tips(chain, bent)
-        gap[0] = 0.0
-        if np.linalg.norm(gap, axis=1).max() < _CLOSE_M:
-            return None if leaves_range(chain, bent) and not leaves_range(chain, angles) else bent
-        J = jacobians(chain, bent) * moving
-        square = J @ J.transpose(0, 2, 1) + _DAMPING_M**2 * np.eye(3)
-        bent += np.einsum("fij,fi->fj", J, np.linalg.solve(square, gap[..., None])[..., 0])
-    return None
+    if not keep_hand(chain.arrays, path, moving, _CLOSE_M, _DAMPING_M, _PASSES, bent):
+        return None
+    return None if leaves_range(chain, bent) and not leaves_range(chain, angles) else bent
 
 
 def leaves_range(chain: SerialChain, angles: FloatArray) -> LimitError | None:

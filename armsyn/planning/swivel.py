@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from armsyn.kernels.swivelling import next_swivel, self_motion
 from armsyn.kinematics import SerialChain
-from armsyn.planning.posing import HandTask, settled
+from armsyn.planning.posing import HandTask
 
 FloatArray = NDArray[np.float64]
 
@@ -19,12 +20,8 @@ SPACING = 0.06
 MOST = 6
 """Other postures to either side."""
 
-_FREE = 1e-3
-_SHORT_M = 5e-4
-_TURNED = 5e-3
-_STEP = 0.1
 _STEPS = 60
-"""Of `_STEP` rad of the joint that turns most: once round."""
+"""Of `armsyn.kernels.swivelling.STEP` rad of the joint that turns most: once round."""
 
 
 class Swivel(NamedTuple):
@@ -75,44 +72,14 @@ def swivels(chain: SerialChain, task: HandTask, posture: FloatArray) -> Iterator
 def _one_way(
     chain: SerialChain, task: HandTask, posture: FloatArray, sign: float
 ) -> Iterator[Swivel]:
-    origins = chain.positions(posture[None])[0]
-    direction = sign * _self_motion(chain, task, posture)
-    q, wanted = posture, 1
-    for _ in range(_STEPS):
-        if wanted > MOST or not direction.any():
+    q, origins, direction = np.array(posture), np.empty((chain.dof + 1, 3)), np.empty(chain.dof)
+    _, jacobian = task.left(chain, q)
+    self_motion(chain.arrays, jacobian, chain.reach, q, direction, origins)
+    direction *= sign
+    what, steps = (*task.arguments(chain), chain.reach), _STEPS
+    for wanted in range(1, MOST + 1):
+        least = wanted * SPACING * chain.reach
+        steps, moved = next_swivel(chain.arrays, *what, origins, least, steps, q, direction)
+        if moved < 0.0:
             return
-        ahead = np.clip(q + _STEP * direction, chain.lower, chain.upper)
-        there = settled(chain, task, ahead, steps=8)
-        distance, angle = task.errors(chain, there)
-        if distance > _SHORT_M or angle > _TURNED or np.abs(there - q).max() < 0.2 * _STEP:
-            return
-        q = there
-        moved = float(np.linalg.norm(chain.positions(q[None])[0] - origins, axis=1).max())
-        if moved >= wanted * SPACING * chain.reach:
-            yield Swivel(q, moved)
-            wanted += 1
-        onward = _self_motion(chain, task, q)
-        direction = onward if onward @ direction >= 0.0 else -onward
-
-
-def _self_motion(chain: SerialChain, task: HandTask, posture: FloatArray) -> FloatArray:
-    """Unit change of posture that leaves the hand and moves the joints most; 0 for none."""
-    _, jacobian = task.left(chain, posture)
-    _, sizes, rows = np.linalg.svd(jacobian)
-    rank = int(np.count_nonzero(sizes > _FREE * sizes[0]))
-    free = rows[rank:]
-    if not free.shape[0]:
-        return np.zeros(chain.dof)
-    moves = np.stack([_moves(chain, posture, along) for along in free], axis=1)
-    _, speeds, mixes = np.linalg.svd(moves, full_matrices=False)
-    if speeds[0] < _FREE * chain.reach:  # the hand's own roll, which moves nothing
-        return np.zeros(chain.dof)
-    found = mixes[0] @ free
-    return np.asarray(found / np.abs(found).max())
-
-
-def _moves(chain: SerialChain, posture: FloatArray, along: FloatArray) -> FloatArray:
-    """How a change of posture moves all joints' origins, m/rad, by central differences."""
-    pair = np.stack([posture + 1e-5 * along, posture - 1e-5 * along])
-    there, back = chain.positions(pair)
-    return np.asarray((there - back).ravel() / 2e-5)
+        yield Swivel(q.copy(), moved)
