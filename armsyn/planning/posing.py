@@ -66,8 +66,9 @@ class Pointing:
 
     def __post_init__(self) -> None:
         wanted = np.asarray(self.direction, dtype=np.float64)
-        if wanted.shape != (3,) or not np.isfinite(wanted).all() or not np.linalg.norm(wanted):
+        if wanted.shape != (3,) or not np.isfinite(wanted).all() or not wanted.any():
             raise InputError(f"a direction is 3 finite numbers, not all 0, got {wanted.tolist()}")
+        wanted = wanted / np.abs(wanted).max()  # whose squares neither overflow nor vanish
         object.__setattr__(self, "direction", wanted / np.linalg.norm(wanted))
         _check_tolerance(self.tolerance)
 

@@ -96,6 +96,8 @@ def test_a_file_may_say_how_hands_are_turned(
         ("x,y,z\n0.1,,0.3\n", "line 2: '' is not a number"),
         ("0.1 0.2 nan\n", "line 1: 'nan' is not a finite number"),
         ("nan nan nan\n", "line 1: a target is 3 finite numbers"),
+        ("0.1,0.2,1e308\n", "line 1: '1e308' is beyond 1e+06"),
+        ("1_0,0,0\n", "line 1: '1_0' is not a finite number"),
         ("0.1,0.2,1e999\n", "line 1: '1e999' is not a finite number"),
         ("x,y,w\n0,0,0\n", "line 1: z is missing; w is unknown; columns are x, y, z"),
         ("x,y,z,first\n0,0,0,0\n", "second is missing; columns"),
@@ -150,7 +152,7 @@ def test_a_grid_is_every_combination() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "a", "0:1", "0:1:0", "0:1:-2", "0:1:2:3", "0:inf:2", "0:1:2.5"]
+    "text", ["", "a", "0:1", "0:1:0", "0:1:-2", "0:1:2:3", "0:inf:2", "0:1:2.5", "1e308"]
 )
 def test_a_malformed_axis_is_refused(text: str) -> None:
     with pytest.raises(InputError):

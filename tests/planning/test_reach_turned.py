@@ -163,3 +163,9 @@ def test_pointing_the_very_other_way_is_a_turn_of_half_a_circle(arm: ArmDescript
     away = Pointing(-(hand.orientations[-1] @ pointing_axis(arm.chain)))
     left, _ = HandTask(hand.tip, away).left(arm.chain, arm.rest)
     assert np.linalg.norm(left[3:]) == pytest.approx(np.pi)
+
+
+@pytest.mark.parametrize("length", [1e-200, 1e-320, 1.0, 1e200])
+def test_a_direction_has_any_length(length: float) -> None:
+    direction = np.asarray(Pointing((3 * length, 4 * length, 0.0)).direction)
+    np.testing.assert_allclose(direction, [0.6, 0.8, 0.0], atol=1e-3)

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from armsyn.errors import FormatError
 from armsyn.kinematics.rotation import from_rpy
+from armsyn.planning.checking import FARTHEST
 from armsyn.planning.generation.targets import ListedTargets
 from armsyn.planning.posing import DEFAULT_TOLERANCE, Pointing, Turned
 
@@ -163,10 +164,14 @@ def _misfit(names: list[str], wanted: list[str]) -> str:
 
 
 def _number(where: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise FormatError(f"{where}: '{text[:40]}' is not a number") from None
+    value = math.nan
+    if text.isascii() and "_" not in text:  # float() also takes '1_000' and digits of other scripts
+        try:
+            value = float(text)
+        except ValueError:
+            raise FormatError(f"{where}: '{text[:40]}' is not a number") from None
     if not math.isfinite(value):
         raise FormatError(f"{where}: '{text[:40]}' is not a finite number")
+    if abs(value) > FARTHEST:
+        raise FormatError(f"{where}: '{text[:40]}' is beyond {FARTHEST:g}")
     return value

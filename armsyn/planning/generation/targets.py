@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armsyn.errors import InputError
+from armsyn.planning.checking import FARTHEST
 from armsyn.planning.generation.chance import uniform
 from armsyn.planning.hull import Hull
 from armsyn.planning.posing import HandOrientation
@@ -200,6 +201,6 @@ def checked_axis(text: str) -> tuple[float, float, int]:
         raise InputError(
             f"'{text[:40]}' is no FIRST:LAST:COUNT of metres, such as 0.2:0.5:7, nor one place"
         ) from None
-    if not (math.isfinite(low) and math.isfinite(high)) or count < 1:
-        raise InputError(f"'{text[:40]}' must be finite places, and one at least")
+    if not (abs(low) <= FARTHEST and abs(high) <= FARTHEST) or count < 1:
+        raise InputError(f"'{text[:40]}' must be places within {FARTHEST:g} m, and one at least")
     return low, high, count
