@@ -138,17 +138,17 @@ class ArmDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, di
         """Rest posture, shape (n,), rad or m."""
         return np.array([joint.rest for joint in self.joint])
 
-    @property
+    @cached_property
     def max_velocity(self) -> FloatArray:
         """Greatest planned joint speeds, shape (n,), rad/s or m/s."""
         return np.array([joint.max_velocity for joint in self.joint])
 
-    @property
+    @cached_property
     def max_acceleration(self) -> FloatArray:
         """Greatest planned joint accelerations, shape (n,), rad/s2 or m/s2."""
         return np.array([joint.max_acceleration for joint in self.joint])
 
-    @property
+    @cached_property
     def max_jerk(self) -> FloatArray:
         """Greatest planned jerks, shape (n,), rad/s3 or m/s3."""
         return np.array(

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
-from armsyn.planning.allowed import Finished, checked, tried
+from armsyn.planning.allowed import Finished, Tried, checked, tried
 from armsyn.planning.bending import keeping_hand, to_end
 from armsyn.planning.end_posture import end_posture, fulfilled
 from armsyn.planning.ending import EASE
@@ -68,30 +68,33 @@ def finished(
         return checked(arm, angles, duration, rate_hz)
     except RefusedMotionError as error:
         refused = error
-    required, failed = Clearances.of(arm, start=angles[0]), []
+    required, others = Clearances.of(arm, start=angles[0]), []
     for end, ways in _other_ways(arm, angles, task, uneven=isinstance(refused, UnevenError)):
         if required.broken_by(end):  # and so is every way to it
-            failed.append(to_end(angles, end))
+            others.append(to_end(angles, end))
             continue
-        if done := _first_allowed(arm, some := list(ways), duration, rate_hz):
+        some = list(ways)
+        motions = np.array([way.angles for way in some])
+        found = tried(arm, motions, np.full(len(some), duration), rate_hz)
+        if done := _first_allowed(arm, some, found, duration, rate_hz):
             return done._replace(refused=str(refused))
-        failed += [way.angles for way in some]
-    raise _told(arm, refused, failed, duration, rate_hz)
+        others += [
+            way.angles for way, in_bells in zip(some, found.uneven, strict=True) if not in_bells
+        ]
+    raise _told(arm, refused, others, duration, rate_hz)
 
 
 def _first_allowed(
-    arm: ArmDescription, ways: Sequence[_Way], duration: float, rate_hz: float
+    arm: ArmDescription, ways: Sequence[_Way], found: Tried, duration: float, rate_hz: float
 ) -> Finished | None:
-    """Try ways together, and return the first that an arm may follow; bent, where it has to be."""
-    angles = np.array([way.angles for way in ways])
-    found = tried(arm, angles, np.full(len(ways), duration), rate_hz)
-    for row, (_, swivel_m, share) in enumerate(ways):
+    """Return the first of some ways that an arm may follow; bent, where it has to be."""
+    for row, (angles, swivel_m, share) in enumerate(ways):
         if found.allowed[row]:
             scale = float(found.paced.scales[row])
             return Finished(found.paced.path(row), scale, swivel_m, share)
         if found.beyond[row] or found.swung[row]:
             with suppress(RefusedMotionError):
-                done = checked(arm, angles[row], duration, rate_hz)
+                done = checked(arm, angles, duration, rate_hz)
                 return done._replace(swivel_m=swivel_m, evened=share)
     return None
 
@@ -99,13 +102,13 @@ def _first_allowed(
 def _told(
     arm: ArmDescription,
     refused: RefusedMotionError,
-    failed: Sequence[FloatArray],
+    others: Sequence[FloatArray],
     duration: float,
     rate_hz: float,
 ) -> RefusedMotionError:
-    """Return what is said where nothing serves: of a bell, what is in the way of evening."""
+    """Return what is said where nothing serves: of bells, what is in the way of `others`."""
     told = refused
-    for angles in failed if isinstance(refused, UnevenError) else ():
+    for angles in others if isinstance(refused, UnevenError) else ():
         try:
             checked(arm, angles, duration, rate_hz)
         except UnevenError:
