@@ -103,9 +103,9 @@ def generate(**options: Any) -> None:
     """
     from armsyn.cli.generate_inputs import recipe_of
     from armsyn.cli.long_work import StageBars, write_run
-    from armsyn.planning.generation.chunks import Order
     from armsyn.planning.generation.files import TASK, checked_format
     from armsyn.planning.generation.folder import MANIFEST
+    from armsyn.planning.generation.order import Order
     from armsyn.planning.generation.running import digest_of
     from armsyn.planning.generation.running import generate as make
     from armsyn.planning.generation.version import version

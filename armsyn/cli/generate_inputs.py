@@ -14,6 +14,12 @@ if TYPE_CHECKING:
     from armsyn.planning.prediction import Predictor
 
 
+MOST_FRAMES = 3e7
+"""In a chunk: 1.7 GB of angles, for seven joints."""
+USUAL_S = 1.5
+"""Duration of a reach that is not slowed further."""
+
+
 class _Learned(NamedTuple):
     """What makes the reaches and their spread, and what the manifest says of both."""
 
@@ -51,6 +57,7 @@ def recipe_of(options: dict[str, Any]) -> tuple[Recipe, dict[str, Any]]:
     learned = _models(arm, options)
     targets, asked = _targets(arm, learned.predictor, options)
     start = arm.rest if options["start"] is None else start_of(arm, options["start"])
+    _check_frames(targets, options)
     recipe = Recipe(
         arm,
         learned.predictor,
@@ -73,6 +80,21 @@ def recipe_of(options: dict[str, Any]) -> tuple[Recipe, dict[str, Any]]:
         **{"seed": options["seed"], "chunk": options["chunk"]},
     }
     return recipe, inputs
+
+
+def _check_frames(targets: Targets, options: dict[str, Any]) -> None:
+    """Refuse a chunk that would not fit in memory."""
+    from armsyn.errors import InputError
+    from armsyn.planning.generation.pacing import thinning
+
+    rate = options["rate"] * thinning(options["rate"])
+    one = USUAL_S * options["slower"] * rate
+    frames = min(options["chunk"], targets.size * options["repeats"]) * one
+    if frames > MOST_FRAMES:
+        raise InputError(
+            f"a chunk would have some {frames:.1g} frames in memory, more than {MOST_FRAMES:.0g}:"
+            f" give a smaller --rate or --slower, or a --chunk of {max(1, int(MOST_FRAMES / one))}"
+        )
 
 
 def start_of(arm: ArmDescription, text: str) -> FloatArray:
@@ -111,6 +133,11 @@ def start_of(arm: ArmDescription, text: str) -> FloatArray:
         if motion.angles is None or not {*arm.joint_names} <= {*motion.joint_names}:
             raise InputError(f"--start {text}: has no angles of all joints of {arm.name}") from None
         posture = motion.angles[-1, [motion.joint_names.index(name) for name in arm.joint_names]]
+    if posture.shape != (arm.chain.dof,):
+        raise InputError(
+            f"--start: {posture.size} numbers, expected {arm.chain.dof} (rad or m) of"
+            f" {', '.join(arm.joint_names)}"
+        )
     try:
         return checked_start(arm, posture)
     except (InputError, LimitError) as error:

@@ -37,8 +37,8 @@ from armsyn.kernels import rollout
 from armsyn.planning.generation import judge, pace
 from armsyn.planning.generation.batch import Recipe, make_batch
 from armsyn.planning.generation.bells import uneven_reaches
-from armsyn.planning.generation.chunks import Order, sent_order
 from armsyn.planning.generation.cluster import connected, each_on_cluster
+from armsyn.planning.generation.order import Order, sent_order
 from armsyn.planning.generation.running import digest_of, generate
 from armsyn.planning.generation.targets import RandomTargets, random_within
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import armsyn
-from armsyn.planning.generation.chunks import NOTES
+from armsyn.planning.generation.order import NOTES
 from tests.cli.commands import PATIENCE, Outcome, run
 
 Call = Callable[..., Outcome]

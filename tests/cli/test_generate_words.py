@@ -149,7 +149,9 @@ def test_reaches_are_slower_when_they_are_told_to_be(call: Call, tmp_path: Path)
     ("more", "said"),
     [
         (("--start", "none.npz"), "--start 'none.npz' is no file, and not the 7 numbers"),
-        (("--start", "1,2"), "--start: "),
+        (("--start", "1,2"), "--start: 2 numbers, expected 7 (rad or m) of shoulder_flexion"),
+        (("--slower", "1e6"), "a chunk would have some 6e+08 frames in memory"),
+        (("--workers", "100000"), "workers must be between 1 and"),
         (("--start", "9,0,0,0,0,0,0"), "--start: shoulder_flexion stands at 9.000 rad, outside"),
         (("--slower", "0.5"), "--slower must be at least 1"),
         (("--slower", "nan"), "--slower must be at least 1"),
@@ -164,3 +166,7 @@ def test_what_cannot_be_meant_is_refused(
 ) -> None:
     call(*MINJERK, *GRID, *more, "--out", tmp_path / "out").refused(2, said)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_is_none_is_told(call: Call) -> None:
+    call(*MINJERK, *GRID, "--out", "/dev/null").refused(2, "/dev/null: cannot look into it")

@@ -22,7 +22,7 @@ from armsyn.motion import Motion
 from armsyn.motion.formats import files as motion_files
 from armsyn.planning.generation import chunks, files
 from armsyn.planning.generation.batch import Recipe, make_batch
-from armsyn.planning.generation.chunks import Order
+from armsyn.planning.generation.order import Order
 from armsyn.planning.generation.running import digest_of, generate
 from armsyn.planning.generation.targets import Asked, ListedTargets, RandomTargets
 from armsyn.planning.generation.version import ROOMS, version
@@ -185,15 +185,16 @@ def test_an_interruption_keeps_what_is_finished(
     assert report.done == 2
     (folder / ".reaches-000002.npz.left").write_bytes(b"half, of a process that was killed")
     (folder / "reaches-000003.npz").write_bytes(b"without a note")
-    progress: list[tuple[int, int]] = []
+    progress: list[tuple[str, int, int]] = []
     report = generate(
         order(folder),
         INPUTS,
         workers=1,
         resume=True,
-        on_progress=lambda _name, done, total, _said: progress.append((done, total)),
+        on_progress=lambda name, done, total, _said: progress.append((name, done, total)),
     )
-    assert progress == [(3, 5), (4, 5), (5, 5)]
+    found, made_now = "chunks found", "chunks"
+    assert progress == [*((found, k, 5) for k in (1, 2)), *((made_now, k, 5) for k in (3, 4, 5))]
     assert content(folder) == content(made)
 
 

@@ -9,77 +9,20 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-import armsyn
-from armsyn.errors import InputError
 from armsyn.motion.formats.files import replacing
-from armsyn.planning.generation.batch import Batch, Recipe, make_batch
-from armsyn.planning.generation.files import FORMATS, TASK
-
-NOTES = ".notes"
-"""Folder beside the chunks, until all of them are there."""
-
-DATASET = "dataset.lerobot"
-"""What the chunks of that format are gathered into."""
-
-TOKEN = "generation.json"  # noqa: S105  the name of a file
-"""In it: what is being generated."""
-
-
-@dataclass(frozen=True)
-class Order:
-    """What every chunk is made by, sent to every process that makes some.
-
-    Parameters
-    ----------
-    recipe : Recipe
-    folder : str
-        Where they go; for workers of a cluster, too.
-    format : str
-        Of `armsyn.planning.generation.files.FORMATS`.
-    chunk : int
-        Reaches in a chunk.
-    digest : str
-        Of all inputs, so that no chunk of another generation is taken for one of this.
-    task : str
-        What every reach does, in words.
-    """
-
-    recipe: Recipe
-    folder: str
-    format: str
-    chunk: int
-    digest: str
-    task: str = TASK
-
-    @property
-    def count(self) -> int:
-        """How many chunks there are."""
-        return -(-self.recipe.size // self.chunk)
-
-    def span(self, number: int) -> tuple[int, int]:
-        """First reach of a chunk, and the first beyond."""
-        return number * self.chunk, min((number + 1) * self.chunk, self.recipe.size)
-
-    def file(self, number: int) -> Path:
-        """Where a chunk goes."""
-        return Path(self.folder) / f"reaches-{number:06d}{FORMATS[self.format][0]}"
-
-    def rows(self, number: int) -> Path:
-        """Where the rows of a chunk's reaches wait for their table."""
-        return Path(self.folder) / NOTES / f"{number:06d}.csv"
-
-    def note(self, number: int) -> Path:
-        """Where its note goes."""
-        return Path(self.folder) / NOTES / f"{number:06d}.json"
+from armsyn.planning.generation.batch import Batch, make_batch
+from armsyn.planning.generation.files import FORMATS
+from armsyn.planning.generation.order import Order, check_folder, unpacked
+from armsyn.planning.generation.rows import write_rows
 
 
 def make_chunk(order: Order, number: int) -> dict[str, Any]:
@@ -118,50 +61,12 @@ def make_chunk(order: Order, number: int) -> dict[str, Any]:
 
 def make_chunk_of(sent: bytes, number: int) -> dict[str, Any]:
     """`make_chunk` by an order as `sent_order` makes it; it is unpacked once a process."""
-    return make_chunk(_unpacked(sent), number)
-
-
-def sent_order(order: Order) -> bytes:
-    """Pack an order for other processes, which must run this version of armsyn."""
-    import pickle  # noqa: PLC0415
-
-    return pickle.dumps((armsyn.__version__, order))
+    return make_chunk(unpacked(sent), number)
 
 
 @cache
 def _linear_algebra() -> ThreadpoolController:
     return ThreadpoolController()
-
-
-@lru_cache(maxsize=2)
-def _unpacked(sent: bytes) -> Order:
-    import pickle  # noqa: PLC0415
-
-    version, order = pickle.loads(sent)  # noqa: S301  of the process that sends the work
-    if version != armsyn.__version__:
-        raise InputError(f"this worker has armsyn {armsyn.__version__}, who sends work {version}")
-    assert isinstance(order, Order)  # noqa: S101
-    return order
-
-
-def check_folder(order: Order) -> None:
-    """Refuse to write beside another generation, or where nobody will look for it.
-
-    Raises
-    ------
-    InputError
-        When the folder does not hold this order's token.
-    """
-    token = Path(order.folder) / NOTES / TOKEN
-    try:
-        digest = json.loads(token.read_text(encoding="utf-8"))["digest"]
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(
-            f"{order.folder}: this worker does not see the folder of the generation: all workers"
-            " must share it, by the same path"
-        ) from error
-    if digest != order.digest:
-        raise InputError(f"{order.folder}: holds another generation: name another folder")
 
 
 def noted(order: Order, number: int) -> dict[str, Any] | None:
@@ -198,42 +103,6 @@ def notes_of(order: Order) -> Iterator[dict[str, Any]]:
             yield note
 
 
-REACHES = (
-    *("index", "x_m", "y_m", "z_m", "repeat", "duration_s", "person_s", "time_scale"),
-    *("outside_m", "error_m", "orientation_error_rad", "evened", "swivel_m", "file"),
-)
-"""Columns of the table of all reaches; numbers are written so that they are read back the same."""
-
-
-def write_rows(order: Order, number: int, batch: Batch) -> None:
-    """Write a chunk's rows of the table of all reaches, whose columns are `REACHES`."""
-    paced, file = batch.paced, order.file(number).name
-    columns = (
-        *(batch.index, *batch.targets.T, batch.index % order.recipe.repeats),
-        *((np.diff(paced.first) - 1) / paced.rate_hz, batch.durations, paced.scales),
-        *(batch.outside, np.linalg.norm(batch.hands - batch.targets, axis=1)),
-        *(batch.turned, batch.evened, batch.swivels),
-    )
-    lines = [
-        ",".join(_cell(value) for value in (*row, _file_of(order, file, row[0]))) + "\n"
-        for row in zip(*(column.tolist() for column in columns), strict=True)
-    ]
-    with replacing(order.rows(number)) as temporary:
-        temporary.write_text("".join(lines), encoding="utf-8")
-
-
-def _file_of(order: Order, file: str, index: int) -> str:
-    """Name the file that a reach of a chunk is in at the end, within the folder."""
-    if order.format == "lerobot":
-        return DATASET
-    return f"{file}/reach-{index:09d}.bvh" if order.format == "bvh" else file
-
-
-def _cell(value: object) -> str:
-    """Shortest text of a number; nothing for one that is not known."""
-    return "" if value != value else str(value)  # noqa: PLR0124  NaN
-
-
 def _note(order: Order, number: int, batch: Batch, file: Path | None) -> dict[str, Any]:
     return {
         "digest": order.digest,
@@ -262,8 +131,6 @@ def checksum(path: Path) -> str:
 
 def remove(file: Path) -> None:
     """Remove a file or folder, if there is one."""
-    import shutil  # noqa: PLC0415
-
     if file.is_dir():
         shutil.rmtree(file)
     else:

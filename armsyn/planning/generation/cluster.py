@@ -89,7 +89,7 @@ def each_on_cluster(client: Any, order: bytes, numbers: Sequence[int]) -> Iterat
     ----------
     client : distributed.Client
     order : bytes
-        As `armsyn.planning.generation.chunks.sent_order` packs it.
+        As `armsyn.planning.generation.order.sent_order` packs it.
     numbers : sequence of int
 
     Yields

@@ -11,7 +11,7 @@ from typing import Any
 from armsyn.errors import InputError
 from armsyn.motion.formats.files import replacing
 from armsyn.planning.generation import chunks
-from armsyn.planning.generation.chunks import NOTES, TOKEN, Order
+from armsyn.planning.generation.order import NOTES, TOKEN, Order
 from armsyn.planning.generation.report import Report
 from armsyn.planning.generation.version import differing
 
@@ -33,7 +33,7 @@ def prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
     folder = Path(order.folder)
     token = folder / NOTES / TOKEN
     manifest = folder / MANIFEST
-    if folder.exists() and any(folder.iterdir()):
+    if _holds_something(folder):
         known = token if token.exists() else manifest
         try:
             said = json.loads(known.read_text(encoding="utf-8"))
@@ -59,6 +59,13 @@ def prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
         said = {"digest": order.digest, "inputs": inputs}
         temporary.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
     _reserve(order)
+
+
+def _holds_something(folder: Path) -> bool:
+    try:
+        return folder.exists() and any(folder.iterdir())
+    except OSError as error:
+        raise InputError(f"{folder}: cannot look into it: {error.strerror}") from error
 
 
 def all_there(order: Order) -> Report | None:

@@ -13,10 +13,11 @@ from armsyn.errors import InputError
 from armsyn.motion.formats.episodes import Episode
 from armsyn.motion.formats.files import replacing
 from armsyn.planning.generation import chunks
-from armsyn.planning.generation.chunks import DATASET, NOTES, Order
 from armsyn.planning.generation.files import PLANNED, episodes_of, read_npz
 from armsyn.planning.generation.folder import MANIFEST, RESERVE
+from armsyn.planning.generation.order import DATASET, NOTES, Order
 from armsyn.planning.generation.report import Report
+from armsyn.planning.generation.rows import COLUMNS as REACH_COLUMNS
 
 SCHEMA = "armsyn-reaches-1"
 REFUSALS = "refusals.csv"
@@ -88,7 +89,7 @@ def _write_reaches(order: Order) -> None:
     """Put the rows of all chunks that are done together, in their order."""
     path = Path(order.folder) / REACHES
     with replacing(path) as temporary, temporary.open("wb") as file:
-        file.write((",".join(chunks.REACHES) + "\n").encode())
+        file.write((",".join(REACH_COLUMNS) + "\n").encode())
         for note in chunks.notes_of(order):
             with order.rows(note["chunk"]).open("rb") as rows:
                 shutil.copyfileobj(rows, file)

@@ -11,9 +11,9 @@ from typing import Any
 
 from armsyn.errors import ArmFaultError, InputError, StopRequestedError
 from armsyn.planning.generation import chunks
-from armsyn.planning.generation.chunks import Order
 from armsyn.planning.generation.cluster import connected, each_on_cluster
 from armsyn.planning.generation.folder import all_there, prepare
+from armsyn.planning.generation.order import Order, sent_order
 from armsyn.planning.generation.report import Report
 from armsyn.planning.generation.results import OnProgress, finish, gather
 from armsyn.synergy.parallel import checked_workers, each
@@ -62,11 +62,12 @@ def generate(
     Raises
     ------
     InputError
-        Too many reaches or chunks; a rate that the format cannot say; a folder with other things in
-        it, or that cannot be written; workers that do not see it.
+        Too many reaches or chunks; a rate that the format cannot say; more workers than cores; a
+        folder with other things in it, or that cannot be written; workers that do not see it.
     """
     _check_count(order)
     _check_rate(order)
+    checked_workers(workers, 1)
     if resume and (finished := all_there(order)) is not None:
         return finished
     with contextlib.nullcontext() if cluster is None else connected(cluster) as client:
@@ -82,13 +83,14 @@ def _generated(
     on_progress: OnProgress,
 ) -> Report:
     report = Report(order.recipe.size, order.count)
-    missing = []
-    for number in range(order.count):
-        if (note := chunks.checked_note(order, number)) is None:
-            missing.append(number)
-        else:
-            report.add(note)
+    missing: list[int] = []
     try:
+        for number in range(order.count):
+            if (note := chunks.checked_note(order, number)) is None:
+                missing.append(number)
+                continue
+            report.add(note)
+            on_progress("chunks found", number + 1, order.count, "")
         for note in _made(order, missing, workers, client):
             report.add(note)
             made = f"{report.made} reaches, {sum(report.refused.values())} refused"
@@ -110,7 +112,7 @@ def _made(
     order: Order, missing: list[int], workers: int | None, client: Any
 ) -> Iterator[dict[str, Any]]:
     if client is not None:
-        yield from each_on_cluster(client, chunks.sent_order(order), missing)
+        yield from each_on_cluster(client, sent_order(order), missing)
         return
     worth = min(len(missing), 1 + len(missing) * order.chunk // _WORTH_A_PROCESS)
     count = checked_workers(workers, worth)
@@ -118,7 +120,7 @@ def _made(
         for number in missing:
             yield chunks.make_chunk(order, number)
         return
-    work = partial(chunks.make_chunk_of, chunks.sent_order(order))
+    work = partial(chunks.make_chunk_of, sent_order(order))
     for _, note in each(work, missing, count):
         yield note
 
