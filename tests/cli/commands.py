@@ -9,6 +9,11 @@ import sys
 from dataclasses import dataclass
 from typing import Any
 
+import click
+from click.testing import CliRunner
+
+from armsyn.errors import ArmsynError
+
 PATIENCE = 120.0
 
 
@@ -49,6 +54,22 @@ def run(*arguments: object, **environment: str) -> Outcome:
         env=os.environ | environment,
     )
     return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+def said_by(command: click.Command, *arguments: object) -> str:
+    """Call a command within this process; return what it says."""
+    result = CliRunner().invoke(command, list(map(str, arguments)))
+    assert result.exit_code == 0, result.exception
+    return result.output
+
+
+def refused_by(command: click.Command, *arguments: object) -> str:
+    """Call a command within this process; return the one line that it refuses its input by."""
+    error = CliRunner().invoke(command, list(map(str, arguments))).exception
+    assert isinstance(error, ArmsynError), error
+    assert error.exit_status == 2
+    assert "\n" not in str(error)
+    return str(error)
 
 
 def started(*arguments: object, hook: str = "") -> subprocess.Popen[str]:

@@ -1,34 +1,18 @@
 """`armsyn motion info` and `convert`, as a user meets them."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 from armsyn.cli.motion import _COMMANDS, motion
-from armsyn.errors import ArmsynError
 from armsyn.motion.formats import read_body, read_motion, write_body, write_motion
+from tests.cli.commands import refused_by, said_by
 from tests.motion.seeds import body, markers, seeds
 
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(motion, list(map(str, arguments)))
-
-
-def said(*arguments: object) -> str:
-    result = run(*arguments)
-    assert result.exit_code == 0, result.exception
-    return result.output
-
-
-def refused(*arguments: object) -> str:
-    error = run(*arguments).exception
-    assert isinstance(error, ArmsynError), error
-    assert error.exit_status == 2
-    assert "\n" not in str(error)
-    return str(error)
+said, refused = partial(said_by, motion), partial(refused_by, motion)
 
 
 @pytest.fixture

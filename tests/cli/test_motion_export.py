@@ -2,12 +2,12 @@
 
 import dataclasses
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from click.testing import CliRunner, Result
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
@@ -15,30 +15,14 @@ from armsyn.arm import load_arm
 from armsyn.cli.motion_convert import convert
 from armsyn.driver.recording import Ending, Recording
 from armsyn.driver.recording_files import save_recording
-from armsyn.errors import ArmsynError
 from armsyn.motion import Motion
 from armsyn.motion.formats import read_body, write_motion
+from tests.cli.commands import refused_by, said_by
 
 ARM = "koch"
 FRAMES = 40
 
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(convert, list(map(str, arguments)))
-
-
-def said(*arguments: object) -> str:
-    result = run(*arguments)
-    assert result.exit_code == 0, result.exception
-    return result.output
-
-
-def refused(*arguments: object) -> str:
-    error = run(*arguments).exception
-    assert isinstance(error, ArmsynError), error
-    assert error.exit_status == 2
-    assert "\n" not in str(error)
-    return str(error)
+said, refused = partial(said_by, convert), partial(refused_by, convert)
 
 
 def recording(observed: bool = False) -> Recording:
