@@ -11,6 +11,7 @@ from armsyn.kernels.rates import (
     RateLimits,
     add_rests,
     fill_greatest,
+    lay,
     lift,
     padded_ranges,
     resting_size,
@@ -23,6 +24,8 @@ from armsyn.kernels.vectors import WIDTH
 _MOST_SCALINGS = 40
 _LEAST_SCALING = 1.01
 _HOPELESS = 1e3
+_MOST_AT_ONCE = 1_000_000
+"""Frames that are made room for when one more than all so far is needed."""
 
 
 @kernel
@@ -92,7 +95,8 @@ def pace_reaches(
             excess = excess_of(most, limits)
             if excess <= 1.0:
                 if begin + frames > paths.shape[0]:
-                    paths = grown(paths, begin, frames * (angles.shape[0] - m))
+                    more = min(frames * (angles.shape[0] - m), max(frames, _MOST_AT_ONCE))
+                    paths = grown(paths, begin, more)
                 lift(resting, (span + 1) * n, paths[begin : begin + frames])
                 first[m + 1] = begin + frames
                 break
@@ -104,8 +108,8 @@ def pace_reaches(
 
 @kernel
 def grown(paths: FloatArray, used: int, more: int) -> FloatArray:
-    """Return paths with room for so many frames more, and half as many again of all."""
-    larger = np.empty((used + more + (used + more) // 2, paths.shape[1]))
+    """Return paths with room for so many frames more, and a quarter as many again."""
+    larger = np.empty((used + more + (used + more) // 4, paths.shape[1]))
     larger[:used] = paths[:used]
     return larger
 
@@ -135,3 +139,21 @@ def hold_within(
                 paths[frame, j] = inside
                 most = max(most, abs(x - inside))
         swung[m] = most > swing
+
+
+@kernel
+def fill_beyond(
+    lower: FloatArray, upper: FloatArray, inside: float, motions: FloatArray, beyond: BoolArray
+) -> None:
+    """Fill which motions, shape (M, phases, n), leave ranges by more than `inside`."""
+    count, phases, n = motions.shape
+    ranges, room = padded_ranges(lower, upper, inside), np.empty(n + WIDTH)
+    final = np.empty(n * WIDTH + WIDTH)  # of the last motion, behind which there is no room
+    seen = max(phases - WIDTH, 0)
+    for m in range(count):
+        frames = phases if m < count - 1 else seen
+        beyond[m] = not stays_within(motions, m * phases * n, frames, n, ranges, room)
+        if m == count - 1:
+            lay(motions[m, seen:], final, 0)
+            within = stays_within(final, 0, phases - seen, n, ranges, room)
+            beyond[m] = beyond[m] or not within

@@ -34,19 +34,17 @@ def resting_size(frames: int, n: int, span: int) -> int:
 @kernel
 def lay(path: FloatArray, flat: FloatArray, begin: int) -> None:
     """Lay a path, shape (frames, n), flat from element `begin` on."""
-    n = path.shape[1]
-    for frame in range(path.shape[0]):
-        for j in range(n):
-            flat[begin + frame * n + j] = path[frame, j]
+    values = path.reshape(path.size)
+    for place in range(values.size):
+        flat[begin + place] = values[place]
 
 
 @kernel
 def lift(flat: FloatArray, begin: int, path: FloatArray) -> None:
     """Fill a path, shape (frames, n), with what `lay` laid."""
-    n = path.shape[1]
-    for frame in range(path.shape[0]):
-        for j in range(n):
-            path[frame, j] = flat[begin + frame * n + j]
+    values = path.reshape(path.size)
+    for place in range(values.size):
+        values[place] = flat[begin + place]
 
 
 @kernel

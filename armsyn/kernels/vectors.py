@@ -15,6 +15,7 @@ from typing import Any, ClassVar, cast
 from llvmlite import ir
 from numba import types
 from numba.core import typing
+from numba.core.errors import TypingError
 from numba.core.typing.templates import ConcreteTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
@@ -84,7 +85,14 @@ def _address(context: Any, builder: Any, kind: Any, array: Any, place: Any) -> A
     return builder.bitcast(builder.gep(data, [place]), _VECTOR.as_pointer())
 
 
+def _check_contiguous(array: Any) -> None:
+    if getattr(array, "layout", None) != "C":
+        raise TypingError(f"lanes are loaded from contiguous arrays, not {array}")
+
+
 def _load(_typing: Any, array: Any, _place: Any) -> Any:
+    _check_contiguous(array)
+
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.load(_address(context, builder, sig.args[0], *args), align=8)
 
@@ -92,6 +100,8 @@ def _load(_typing: Any, array: Any, _place: Any) -> Any:
 
 
 def _store(_typing: Any, array: Any, _place: Any, value: Any) -> Any:
+    _check_contiguous(array)
+
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         address = _address(context, builder, sig.args[0], args[0], args[1])
         builder.store(args[2], address, align=8)

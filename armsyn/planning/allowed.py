@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
 from armsyn.kernels.judging import ALLOWED
-from armsyn.kernels.pacing import hold_within
+from armsyn.kernels.pacing import fill_beyond, hold_within
 from armsyn.planning.bending import INSIDE, leaves_range, within_ranges
 from armsyn.planning.evenness import uneven_speed
 from armsyn.planning.generation.bells import uneven_reaches
@@ -88,10 +88,10 @@ def tried(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_h
     Tried
     """
     chain, count = arm.chain, len(angles)
-    most = np.maximum(chain.lower - angles.min(axis=1), angles.max(axis=1) - chain.upper)
-    beyond = most.max(axis=1) > INSIDE
-    paced = pace(arm, angles, durations, rate_hz)
-    swung = np.empty(count, dtype=np.bool_)
+    beyond, swung = np.empty((2, count), dtype=np.bool_)
+    motions = np.ascontiguousarray(angles)
+    fill_beyond(chain.lower, chain.upper, INSIDE, motions, beyond)
+    paced = pace(arm, motions, durations, rate_hz)
     hold_within(chain.lower, chain.upper, SWING, paced.first, paced.paths, swung)
     good = (judge(arm, paced).kinds == ALLOWED) & (paced.lengths > 0) & ~beyond & ~swung
     uneven = uneven_reaches(chain, paced)

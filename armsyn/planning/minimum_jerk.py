@@ -63,7 +63,9 @@ class MinimumJerkPredictor:
 
     def _moved(self, starts: FloatArray, goals: FloatArray) -> tuple[FloatArray, FloatArray]:
         ends, errors = postures_at(self.chain, starts, goals)
-        return starts[:, None] + (ends - starts)[:, None] * EASE[:, None], errors
+        angles = (ends - starts)[:, None] * EASE[:, None]
+        angles += starts[:, None]
+        return angles, errors
 
 
 @dataclass(frozen=True)

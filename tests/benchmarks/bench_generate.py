@@ -38,6 +38,7 @@ from armsyn.planning.generation import judge, pace
 from armsyn.planning.generation.batch import Recipe, make_batch
 from armsyn.planning.generation.bells import uneven_reaches
 from armsyn.planning.generation.cluster import connected, each_on_cluster
+from armsyn.planning.generation.memory import keep_memory
 from armsyn.planning.generation.order import Order, sent_order
 from armsyn.planning.generation.running import digest_of, generate
 from armsyn.planning.generation.targets import RandomTargets, random_within
@@ -110,6 +111,7 @@ def parts(recipe: Recipe) -> dict[str, float]:
 
 def play(recipe: Recipe, first: int, batches: int) -> float:
     """Make batches in this process, after one to warm up; return the seconds of the wall."""
+    keep_memory()
     with threadpool_limits(1):
         make_batch(recipe, 0, BATCH)
         began = time.perf_counter()
@@ -250,6 +252,7 @@ def main() -> int:
     """Print the tables; 1 when the goal is missed."""
     most = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
     arm = load_arm("human7", calibrated=False)
+    keep_memory()
     rollouts = roll_out_rate(arm)
     best, chosen = 0.0, None
     print(f"checked reaches of human7 at 200 Hz, from targets to arrays ({os.cpu_count()} cores)")

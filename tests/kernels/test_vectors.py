@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numba
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from armsyn.kernels.vectors import WIDTH, eight, greater, less, load, magnitude, store
@@ -37,3 +38,8 @@ def test_what_is_no_number_gives_way_to_the_second() -> None:
     np.testing.assert_array_equal(found[3], other[1 : 1 + WIDTH])
     np.testing.assert_array_equal(found[4], 0.25)
     assert np.isnan(found[:3]).all()
+
+
+def test_rows_apart_are_not_taken_for_neighbours() -> None:
+    with pytest.raises(numba.TypingError, match="contiguous"):
+        reckoned(np.zeros((16, 2))[:, 0], np.zeros(16), np.empty((5, WIDTH)))

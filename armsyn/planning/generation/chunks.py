@@ -21,6 +21,7 @@ from threadpoolctl import ThreadpoolController
 from armsyn.motion.formats.files import replacing
 from armsyn.planning.generation.batch import Batch, make_batch
 from armsyn.planning.generation.files import FORMATS
+from armsyn.planning.generation.memory import keep_memory
 from armsyn.planning.generation.order import Order, check_folder, unpacked
 from armsyn.planning.generation.rows import write_rows
 
@@ -46,6 +47,7 @@ def make_chunk(order: Order, number: int) -> dict[str, Any]:
     if (done := noted(order, number)) is not None:
         return done
     first, last = order.span(number)
+    keep_memory()
     with _linear_algebra().limit(limits=1):  # in several, sums may round otherwise
         batch = make_batch(order.recipe, first, last)
     file = order.file(number)

@@ -84,29 +84,33 @@ def follow(
     """
     count = len(angles)
     found = Followed([None] * count, np.ones(count), np.zeros(count), np.zeros(count), {}, {})
-    turns = [None] * count if orientations is None else orientations
-    tasks = [HandTask(target, turned) for target, turned in zip(targets, turns, strict=True)]
     if orientations is None:
         at_end = _ending_right(arm.chain, angles[:, -1], targets)
     else:
-        angles, at_end = _turned(arm, angles, tasks, found)
+        angles, at_end = _turned(arm, angles, targets, orientations, found)
     left = _follow_evened(arm, angles, durations, rate_hz, at_end, found)
     for row in left.tolist():
         if row in found.refused:
             continue
+        task = HandTask(targets[row], None if orientations is None else orientations[row])
         try:
-            _finish(arm, angles[row], float(durations[row]), tasks[row], rate_hz, row, found)
+            _finish(arm, angles[row], float(durations[row]), task, rate_hz, row, found)
         except RefusedMotionError as error:
             found.refused[row] = error
     return found
 
 
 def _turned(
-    arm: ArmDescription, angles: FloatArray, tasks: Sequence[HandTask], found: Followed
+    arm: ArmDescription,
+    angles: FloatArray,
+    targets: FloatArray,
+    orientations: Sequence[HandOrientation],
+    found: Followed,
 ) -> tuple[FloatArray, BoolArray]:
     """Bring motions to their ends, the hands turned as asked; say which are there."""
     ended, at_end = angles.copy(), np.zeros(len(angles), dtype=np.bool_)
-    for row, task in enumerate(tasks):
+    for row, (target, turned) in enumerate(zip(targets, orientations, strict=True)):
+        task = HandTask(target, turned)
         try:
             if refused := _surely_too_far(arm, angles[row], task.goal):
                 raise refused
