@@ -42,6 +42,8 @@ def test_a_table_has_its_targets_in_its_facts(call: Call, tmp_path: Path) -> Non
     assert [json.loads(text)["target_m"] for text in table["facts"].unique().to_pylist()] == (
         PLACES[2:]
     )
+    facts = map(json.loads, table["facts"].unique().to_pylist())
+    assert [fact["reach"] for fact in facts] == ["2", "3"]
     assert table["task"].unique().to_pylist() == ["reach to the target"]
 
 

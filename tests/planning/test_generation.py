@@ -86,7 +86,7 @@ def test_every_reach_is_one_that_may_be_driven_and_ends_at_its_target(made: Path
     assert sorted(seen + [int(row["index"]) for row in refused]) == list(range(SIZE))
     told = {int(row["index"]): row for row in refused}[SIZE // 2]
     assert told["kind"] == "unreachable"
-    assert [float(told[axis]) for axis in "xyz"] == list(OUT_OF_REACH)
+    assert [float(told[f"{axis}_m"]) for axis in "xyz"] == list(OUT_OF_REACH)
     assert "the arm is 0.66 m long" in told["reason"]
 
 
@@ -118,10 +118,10 @@ def test_the_table_of_reaches_has_every_ones_numbers(kind: str, tmp_path: Path) 
         np.testing.assert_array_equal(target, asked[index // 2])
         assert int(row["repeat"]) == index % 2
         assert float(row["duration_s"]) == (len(path) - 1) / 100.0
-        assert float(row["person_s"]) == wanted.durations[number]
+        assert float(row["predicted_time_s"]) == wanted.durations[number]
         assert float(row["time_scale"]) == wanted.paced.scales[number]
         miss = np.linalg.norm(arm.chain.forward(path[-1]).tip - target)
-        np.testing.assert_allclose(float(row["error_m"]), miss, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(float(row["planned_error_m"]), miss, rtol=0.0, atol=1e-12)
         assert row["outside_m"] == ""  # minimum jerk has no captured workspace
         assert (folder / row["file"]).exists()
         assert kind != "bvh" or row["file"].endswith(f"reach-{index:09d}.bvh")

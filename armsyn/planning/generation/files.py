@@ -3,8 +3,8 @@
 npz and CSV hold many reaches in few arrays: ``index`` (of each reach), ``first`` (frame where each
 begins, the last where all end), ``angles`` (all frames, one after another), and what is known of
 each reach, such as ``evened`` (share of minimum jerk that was mixed in so that the hand speeds up
-once), ``swivel`` (m by which the elbow ends elsewhere than predicted) and ``orientation_error``
-(rad; NaN where nothing was asked for). The other formats are those of `armsyn.motion.formats`, a
+once), ``swivel_m`` (by which the elbow ends elsewhere than predicted) and ``orientation_error_rad``
+(NaN where nothing was asked for). The other formats are those of `armsyn.motion.formats`, a
 reach an episode.
 """
 
@@ -62,14 +62,14 @@ def write_npz(path: Path, batch: Batch, arm: ArmDescription, _task: str = TASK) 
             index=batch.index,
             first=paced.first,
             angles=paced.paths,
-            target=batch.targets,
-            hand=batch.hands,
-            duration=batch.durations,
+            target_m=batch.targets,
+            hand_m=batch.hands,
+            predicted_time_s=batch.durations,
             time_scale=paced.scales,
-            outside=batch.outside,
+            outside_m=batch.outside,
             evened=batch.evened,
-            swivel=batch.swivels,
-            orientation_error=batch.turned,
+            swivel_m=batch.swivels,
+            orientation_error_rad=batch.turned,
         )
 
 
@@ -81,14 +81,14 @@ def read_npz(path: Path) -> Batch:
         )
         return Batch(
             archive["index"],
-            archive["target"],
-            archive["hand"],
-            archive["duration"],
-            archive["outside"],
+            archive["target_m"],
+            archive["hand_m"],
+            archive["predicted_time_s"],
+            archive["outside_m"],
             paced,
             archive["evened"],
-            archive["swivel"],
-            archive["orientation_error"],
+            archive["swivel_m"],
+            archive["orientation_error_rad"],
             changed=(),
             refused=(),
         )
@@ -133,8 +133,8 @@ def episodes_of(batch: Batch, arm: ArmDescription, task: str = TASK) -> Iterator
     Yields
     ------
     Episode
-        With the arm's landmarks and its target; as facts the arm, and how the reach was changed,
-        if it was.
+        With the arm's landmarks and its target; as facts the arm, the reach's index, and how it
+        was changed, if it was.
     """
     rows = list(arm.landmark_frames)
     for row, index in enumerate(batch.index.tolist()):
@@ -148,7 +148,7 @@ def episodes_of(batch: Batch, arm: ArmDescription, task: str = TASK) -> Iterator
             landmarks=arm.chain.positions(angles)[:, rows],
             source=f"reach {index}, planned for {arm.name}",
         )
-        facts = {"arm": arm.name}
+        facts = {"arm": arm.name, "reach": str(index)}
         if batch.evened[row] or batch.swivels[row]:
             facts |= {"evened": f"{batch.evened[row]:g}", "swivel_m": f"{batch.swivels[row]:.4f}"}
         yield Episode(motion, "planned", task, facts=facts, target=(x, y, z))

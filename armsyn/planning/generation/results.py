@@ -21,7 +21,7 @@ from armsyn.planning.generation.rows import COLUMNS as REACH_COLUMNS
 
 SCHEMA = "armsyn-reaches-1"
 REFUSALS = "refusals.csv"
-COLUMNS = ("index", "x", "y", "z", "kind", "reason")
+COLUMNS = ("index", "x_m", "y_m", "z_m", "kind", "reason")
 REACHES = "reaches.csv"
 CHANGES, CHANGE_COLUMNS = "changes.csv", ("index", "evened", "swivel_m", "reason")
 

@@ -13,8 +13,8 @@ from armsyn.planning.generation.batch import Batch
 from armsyn.planning.generation.order import DATASET, Order
 
 COLUMNS = (
-    *("index", "x_m", "y_m", "z_m", "repeat", "duration_s", "person_s", "time_scale"),
-    *("outside_m", "error_m", "orientation_error_rad", "evened", "swivel_m", "file"),
+    *("index", "x_m", "y_m", "z_m", "repeat", "duration_s", "predicted_time_s", "time_scale"),
+    *("outside_m", "planned_error_m", "orientation_error_rad", "evened", "swivel_m", "file"),
 )
 """Columns of the table of all reaches; numbers are written so that they are read back the same."""
 
