@@ -85,11 +85,11 @@ def generate(**options: Any) -> None:
     px, py, pz (where the hand points) or roll, pitch, yaw (how it is turned, degrees); and all
     joints, to start where the line says and not at --start. Each reach is planned as armsyn reach
     --plan does it: slowed until every joint's limits hold, checked on its whole way for contacts,
-    and, where as predicted it does not pass or the hand would speed up more than once, mixed with
-    minimum jerk or ended with another swivel, which changes.csv tells. What is refused stands in
-    refusals.csv, by index and with its reason; reaches.csv has a line for every one that is made:
-    target, durations, error, file. manifest.json says what the reaches are made from. They are
-    planned, not measured: no arm or person moved so.
+    and, where as predicted it does not pass or the hand would speed up more than once, brought
+    nearer to minimum jerk or ended with another swivel, which changes.csv tells. What is refused
+    stands in refusals.csv, by index and with its reason; reaches.csv has a line for every one that
+    is made: target, durations, error, file. manifest.json says what the reaches are made from. They
+    are planned, not measured: no arm or person moved so.
 
     Formats: npz and csv (many reaches a file), parquet and mcap (likewise, an episode a reach), bvh
     (a file a reach: the arm as a skeleton), lerobot (one dataset; its action is the posture of the
@@ -162,8 +162,8 @@ def _print(report: Report, out: Path) -> None:
         click.echo(f"slowed {report.slowed:.2f} times on the mean, to keep the joints' limits")
     if report.evened or report.swivelled:
         click.echo(
-            f"{report.evened} of them mixed with minimum jerk, {report.swivelled} with another"
-            " swivel of the arm: see changes.csv"
+            f"{report.evened} of them brought nearer to minimum jerk, {report.swivelled} with"
+            " another swivel of the arm: see changes.csv"
         )
     if report.outside:
         click.echo(f"{report.outside} of them to targets outside the captured workspace")

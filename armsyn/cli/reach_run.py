@@ -229,7 +229,7 @@ def _tell(place: str, planned: PlannedReach) -> None:
     if planned.swivel_m is not None:
         other.append(f"with the elbow {planned.swivel_m * 100:.0f} cm from where it would end")
     if planned.evened:
-        other.append(f"with {planned.evened:.0%} of every joint's way by minimum jerk")
+        other.append(f"{planned.evened:.1%} nearer to minimum jerk of every joint")
     if other:
         why = planned.refused.split(": ")[0]
         click.echo(f"{' and '.join(other)}, for as predicted {why}", err=True)

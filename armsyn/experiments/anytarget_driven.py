@@ -18,7 +18,7 @@ from armsyn.motion.resample import interpolate
 from armsyn.planning.allowed import Finished
 from armsyn.planning.checking import PLANNING_RATE_HZ
 from armsyn.planning.examples import PHASE
-from armsyn.planning.finishing import SHARES, finished
+from armsyn.planning.finishing import finished
 from armsyn.planning.posing import HandTask
 from armsyn.scoring.distance import held_distance
 from armsyn.scoring.pairing import pair_up, uncut
@@ -26,20 +26,21 @@ from armsyn.synergy.parallel import checked_workers, each
 
 SAME_RAD = 0.01
 """A motion whose joints are all this near to the predicted one is unchanged."""
+_EVENED = ("evened by under 10 %", "evened by 10 to 50 %", "evened by 50 % and more")
 _WAYS = (
     "as predicted",
     "not evened: bent or retimed",
-    *(f"evened by {share:.0%}" for share in SHARES),
+    *_EVENED,
     "another swivel",
     "another swivel, evened",
     "refused",
 )
 _NOTE = (
     "What the planner makes of each prediction, by `armsyn.planning.finishing`. as predicted: no"
-    f" joint moved by more than {SAME_RAD:g} rad; evened: so much of minimum jerk of every joint"
-    " mixed in, for the hand would speed up more than once. Held distance over normalised time in"
-    " the movement time predicted, without the arm's own slowing (slower: the mean factor, never"
-    " scored); time given: in the person's. Refused reaches have no distance after it."
+    f" joint moved by more than {SAME_RAD:g} rad; evened: brought so much nearer to minimum jerk"
+    " of every joint, for the hand would speed up more than once. Held distance over normalised"
+    " time in the movement time predicted, without the arm's own slowing (slower: the mean factor,"
+    " never scored); time given: in the person's. Refused reaches have no distance after it."
 )
 
 
@@ -123,7 +124,7 @@ def way_of(done: Finished, predicted: FloatArray) -> str:
     if done.swivel_m is not None:
         return "another swivel, evened" if done.evened else "another swivel"
     if done.evened:
-        return f"evened by {done.evened:.0%}"
+        return _EVENED[int(np.searchsorted((0.1, 0.5), done.evened, side="right"))]
     is_same = np.abs(over_phase(done) - predicted).max() <= SAME_RAD
     return "as predicted" if is_same else "not evened: bent or retimed"
 

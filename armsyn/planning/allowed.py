@@ -39,7 +39,8 @@ class Finished(NamedTuple):
     swivel_m : float or None
         By how much the elbow ends elsewhere, m; None for the motion as predicted.
     evened : float
-        How much of it is minimum jerk of every joint instead of what was predicted, 0 to 1.
+        How much nearer to minimum jerk of every joint it is than what was predicted, 0 to 1; see
+        `armsyn.planning.evening.nearer`.
     refused : str
         Why the predicted motion was, if it was.
     """

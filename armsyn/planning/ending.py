@@ -59,9 +59,10 @@ def carried_to(
     """Carry over to other starts what motions have beyond minimum jerk.
 
     From start to end every joint goes by minimum jerk. What the given motion deviates from its own
-    minimum jerk is added, in proportion to how much of its hand's way is gone: all of it from near
-    where it starts, none of it on a way across or back. The end is found, and joints are kept
-    within their ranges, as by `led_to`, whose parameters and returns these are.
+    minimum jerk is added, in proportion to how much of its hand's way is gone again: all of it from
+    where it starts, the less the shorter the way and the more it turns from there, none of it on a
+    way across or back. The end is found, and joints are kept within their ranges, as by `led_to`,
+    whose parameters and returns these are.
     """
     return _led(chain, angles, starts, targets, fade=1.0 - EASE, scaled=True)
 

@@ -1,9 +1,8 @@
 """Make a predicted motion one that an arm may follow, or say why it may not.
 
 What is predicted is brought to its end, bent into the joints' ranges and slowed. If its hand then
-speeds up more than once, it is mixed with minimum jerk of every joint, as little as helps; if it
-touches something, or a limit does not hold, it is tried again with the elbow elsewhere at its end;
-and then refused.
+speeds up more than once, it is evened, as little as helps; if it touches something, or a limit does
+not hold, it is tried again with the elbow elsewhere at its end; and then refused.
 """
 
 from __future__ import annotations
@@ -19,9 +18,10 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
 from armsyn.planning.allowed import Finished, Tried, checked, tried
-from armsyn.planning.bending import keeping_hand, to_end
+from armsyn.planning.bending import keeping_hand, leaves_range, to_end
 from armsyn.planning.end_posture import end_posture, fulfilled
 from armsyn.planning.ending import EASE
+from armsyn.planning.evening import EVENINGS, WHOLLY, Evening, evened, nearer
 from armsyn.planning.evenness import UnevenError
 from armsyn.planning.planned import PlannedReach, trajectory_of
 from armsyn.planning.posing import HandTask
@@ -30,9 +30,6 @@ from armsyn.planning.swivel import Swivel, swivels
 from armsyn.safety import Clearances
 
 FloatArray = NDArray[np.float64]
-
-SHARES = (0.25, 0.5, 0.75, 1.0)
-"""Of minimum jerk that are tried where a hand would speed up more than once."""
 
 
 def finished(
@@ -137,25 +134,42 @@ def _other_ways(
     arm: ArmDescription, angles: FloatArray, task: HandTask, *, uneven: bool
 ) -> Iterator[_Ways]:
     """What else may serve; the one that is likeliest to first."""
-    here = ((angles[-1], [_Way(evened(angles, share), None, share)]) for share in SHARES)
+    here = _evened_ways(arm, angles)
     if uneven:
         yield from here
     for swivel in swivels(arm.chain, task, angles[-1]):
         yield swivel.posture, _swivelled(arm, angles, swivel)
     if not uneven:
         yield from here
+    elif (straight := _straight(arm, angles)) is not None:
+        yield angles[-1], [straight]
+
+
+def _evened_ways(arm: ArmDescription, angles: FloatArray) -> Iterator[_Ways]:
+    """Smoothed, a joint that turns at its limit swings past: such a way is none."""
+    is_bent = leaves_range(arm.chain, angles) is not None  # as then every other is, too
+    for how in EVENINGS:
+        way = _evened(angles, how, None)
+        if is_bent or leaves_range(arm.chain, way.angles) is None:
+            yield angles[-1], [way]
+
+
+def _evened(angles: FloatArray, how: Evening, swivel_m: float | None) -> _Way:
+    return _Way(evened(angles, how), swivel_m, float(nearer(angles, how)))
+
+
+def _straight(arm: ArmDescription, angles: FloatArray) -> _Way | None:
+    """The hand goes straight by minimum jerk, the joints as nearly so as that lets them."""
+    plain = evened(angles, WHOLLY)
+    first, last = tips(arm.chain, plain[[0, -1]])
+    kept = keeping_hand(arm.chain, plain, first + EASE[:, None] * (last - first))
+    return None if kept is None else _Way(kept, None, 1.0)
 
 
 def _swivelled(arm: ArmDescription, angles: FloatArray, swivel: Swivel) -> Iterator[_Way]:
     for way in _ways(arm, angles, swivel.posture):
         yield _Way(way, swivel.moved_m, 0.0)
-    yield _Way(evened(way, 1.0), swivel.moved_m, 1.0)
-
-
-def evened(angles: FloatArray, share: float) -> FloatArray:
-    """Mix a share of minimum jerk of every joint into motions, shape (..., phases, n)."""
-    start, way = angles[..., :1, :], angles[..., -1:, :] - angles[..., :1, :]
-    return np.asarray(angles + share * (start + EASE[:, None] * way - angles))
+    yield _evened(way, WHOLLY, swivel.moved_m)
 
 
 def reach_of(

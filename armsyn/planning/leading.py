@@ -94,18 +94,21 @@ def lead_each(
 
 @generated_kernel
 def carried_share(chain: ChainArrays, ways: FloatArray) -> float:
-    """Return how much of one way the hand goes on another, 0 to 1.
+    """Return how much of one way the hand goes again on another, 0 to 1.
 
-    `ways`, shape (4, n), are the first and the last posture of the other, then those of the one;
-    the other's way is taken along the one's.
+    `ways`, shape (4, n), are the first and the last posture of the other, then those of the one.
+    It is the other's part along the one, at most all of it, by the squared cosine between both.
     """
     hands = positions_along(chain, ways)[:, -1]
-    along = square = 0.0
+    along = whole = other = 0.0
     for a in range(3):
-        way = hands[3, a] - hands[2, a]
-        along += way * (hands[1, a] - hands[0, a])
-        square += way * way
-    return min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+        way, gone = hands[3, a] - hands[2, a], hands[1, a] - hands[0, a]
+        along += way * gone
+        whole += way * way
+        other += gone * gone
+    if not along > 0.0:
+        return 0.0
+    return min(along / whole, 1.0) * along * along / (whole * other)
 
 
 @generated_kernel

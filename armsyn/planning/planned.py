@@ -43,8 +43,8 @@ class PlannedReach:
     swivel_m : float or None
         By how much another swivel moves the arm (its elbow) at the end, m; None for the first.
     evened : float
-        How much of every joint's way is minimum jerk, 0 to 1, where as predicted the hand would
-        speed up more than once, or no way was free.
+        How much nearer to minimum jerk of every joint than predicted, 0 to 1, where as predicted
+        the hand would speed up more than once, or no way was free.
     refused : str
         Why the motion as predicted was refused, if it was: what was planned instead is not.
     learned : LearnedReach or None

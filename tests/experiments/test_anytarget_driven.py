@@ -95,7 +95,8 @@ def test_a_hand_that_speeds_up_twice_is_evened_and_said_to_be(people: People) ->
     twice[51:] += (angles[-1] - halfway) * np.linspace(0, 1, 50)[:, None] ** 4
     done = finished(arm, twice, 3.0, HandTask(people.examples.targets[0]), 200.0)
     assert done.evened > 0
-    assert way_of(done, twice) == f"evened by {done.evened:.0%}"
+    assert done.evened >= 0.5  # a halt half-way is more than hesitating
+    assert way_of(done, twice) == "evened by 50 % and more"
 
 
 def test_what_is_driven_as_predicted_is_the_prediction_over_normalised_time(

@@ -55,9 +55,11 @@ def test_the_deviation_goes_with_the_part_of_the_way_that_is_left(
     start = FIRST + gone * (LAST - FIRST)
     found = carried(chain, start, tips(chain, LAST[None])[0])
     first, here, last = tips(chain, np.array([FIRST, start, LAST]))
-    way = last - first
-    share = float((last - here) @ way / (way @ way))
+    length, left = np.linalg.norm(last - first), np.linalg.norm(last - here)
+    cosine = (last - first) @ (last - here) / (length * left)
+    share = left / length * cosine**3
     assert 0.0 < share < 1.0
+    assert 0.5 < cosine < 1.0
     deviation = found - minimum_jerk(start, LAST)
     np.testing.assert_allclose(deviation, share * (bowed() - minimum_jerk(FIRST, LAST)), atol=1e-9)
 
@@ -65,8 +67,13 @@ def test_the_deviation_goes_with_the_part_of_the_way_that_is_left(
 def test_a_longer_way_has_no_more_of_it(chain: SerialChain) -> None:
     start = FIRST - 0.3 * (LAST - FIRST)
     found = carried(chain, start, tips(chain, LAST[None])[0])
+    first, here, last = tips(chain, np.array([FIRST, start, LAST]))
+    ways = last - first, last - here
+    cosine = ways[0] @ ways[1] / np.linalg.norm(ways[0]) / np.linalg.norm(ways[1])
+    assert np.linalg.norm(ways[1]) * cosine > np.linalg.norm(ways[0])
     deviation = found - minimum_jerk(start, LAST)
-    np.testing.assert_allclose(deviation, bowed() - minimum_jerk(FIRST, LAST), atol=1e-9)
+    wanted = cosine**2 * (bowed() - minimum_jerk(FIRST, LAST))
+    np.testing.assert_allclose(deviation, wanted, atol=1e-9)
 
 
 def test_a_hand_that_is_there_stays(chain: SerialChain) -> None:

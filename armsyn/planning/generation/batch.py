@@ -101,7 +101,7 @@ class Change:
     ----------
     index : int
     evened : float
-        Share of minimum jerk of every joint in it, 0 to 1.
+        How much nearer to minimum jerk of every joint it is, 0 to 1.
     swivel_m : float
         By how much the elbow ends elsewhere, m.
     reason : str

@@ -2,10 +2,10 @@
 
 npz and CSV hold many reaches in few arrays: ``index`` (of each reach), ``first`` (frame where each
 begins, the last where all end), ``angles`` (all frames, one after another), and what is known of
-each reach, such as ``evened`` (share of minimum jerk that was mixed in so that the hand speeds up
-once), ``swivel_m`` (by which the elbow ends elsewhere than predicted) and ``orientation_error_rad``
-(NaN where nothing was asked for). The other formats are those of `armsyn.motion.formats`, a
-reach an episode.
+each reach, such as ``evened`` (how much nearer it was brought to minimum jerk so that the hand
+speeds up once), ``swivel_m`` (by which the elbow ends elsewhere than predicted) and
+``orientation_error_rad`` (NaN where nothing was asked for). The other formats are those of
+`armsyn.motion.formats`, a reach an episode.
 """
 
 from __future__ import annotations

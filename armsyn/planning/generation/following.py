@@ -1,9 +1,9 @@
 """Many predicted motions made ones that an arm may follow: `armsyn.planning.finishing`, of many.
 
 Most motions may be followed as they are predicted; those are paced and judged together, and so are
-those that are mixed with minimum jerk because their hands speed up more than once. What has to be
-bent, or ended elsewhere, is finished one by one; a hand that is to be turned at the end is brought
-there one by one, too.
+those that are brought nearer to minimum jerk because their hands speed up more than once. What has
+to be bent, or ended elsewhere, is finished one by one; a hand that is to be turned at the end is
+brought there one by one, too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from armsyn.errors import RefusedMotionError, UnreachableError
 from armsyn.kinematics import SerialChain
 from armsyn.planning.allowed import tried
 from armsyn.planning.checking import TOLERANCE_M, reached_from, too_far, where
-from armsyn.planning.finishing import SHARES, brought_to_end, evened, finished
+from armsyn.planning.evening import EVENINGS, evened, nearer
+from armsyn.planning.finishing import brought_to_end, finished
 from armsyn.planning.posing import HandOrientation, HandTask
 from armsyn.planning.postures import tips
 
@@ -135,26 +136,25 @@ def _follow_evened(
     at_end: BoolArray,
     found: Followed,
 ) -> NDArray[np.intp]:
-    """Follow what may be as predicted, or with as little minimum jerk as helps; give the others."""
-    rows, others = np.flatnonzero(at_end), [np.flatnonzero(~at_end)]
-    for share in (0.0, *SHARES):
+    """Follow what may be as predicted, or evened by as little as helps; give the others."""
+    rows, left = np.flatnonzero(at_end), [np.flatnonzero(~at_end)]
+    for how in (None, *EVENINGS):
         if not rows.size:
             break
-        motions = angles[rows] if rows.size < len(angles) else angles
-        if share:
-            motions = evened(motions, share)
+        before = angles[rows] if rows.size < len(angles) else angles
+        motions = evened(before, how) if how else before
         some = tried(arm, motions, durations[rows], rate_hz)
-        paced, good = some.paced, some.allowed
+        good, again = some.allowed, some.uneven
         for place in np.flatnonzero(good).tolist():
-            found.paths[rows[place]] = paced.path(place)
-        found.scales[rows[good]], found.evened[rows[good]] = paced.scales[good], share
-        if share:
+            found.paths[rows[place]] = some.paced.path(place)
+        found.scales[rows[good]] = some.paced.scales[good]
+        if how:
+            found.evened[rows[good]] = nearer(before[good], how)
             found.changed.update(dict.fromkeys(rows[good].tolist(), UNEVEN))
-            rows = rows[~good]
-        else:
-            others.append(rows[~good & ~some.uneven])
-            rows = rows[some.uneven]
-    return np.sort(np.concatenate([*others, rows]))
+            again = ~(good | some.swung)  # which is bent, one by one
+        left.append(rows[~good & ~again])
+        rows = rows[again]
+    return np.sort(np.concatenate([*left, rows]))
 
 
 def _finish(
