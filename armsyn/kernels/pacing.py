@@ -24,8 +24,6 @@ from armsyn.kernels.vectors import WIDTH
 _MOST_SCALINGS = 40
 _LEAST_SCALING = 1.01
 _HOPELESS = 1e3
-_MOST_AT_ONCE = 1_000_000
-"""Frames that are made room for when one more than all so far is needed."""
 
 
 @kernel
@@ -48,10 +46,10 @@ def pace_reaches(
     rate: float,
     span: int,
     ease: Ease,
-    first: IntArray,
+    frames: IntArray,
     scales: FloatArray,
-) -> FloatArray:
-    """Sample reaches as slowly as their limits need.
+) -> None:
+    """Find how slow each reach has to be for its limits to hold.
 
     Parameters
     ----------
@@ -65,53 +63,54 @@ def pace_reaches(
     span : int
         Frames over which a jerk is taken.
     ease : Ease
-    first : array of int, shape (M + 1,)
-        Filled: where each begins, and all end. A reach that `_MOST_SCALINGS` do not slow enough
-        has no frames.
+    frames : array of int, shape (M,)
+        Filled; 0 for a reach that `_MOST_SCALINGS` do not slow enough.
     scales : array, shape (M,)
         Filled: how many times as long each takes, at least 1.
-
-    Returns
-    -------
-    array, shape (all frames, n)
     """
     n = angles.shape[2]
-    spline, most = spline_of(angles.shape[1], n), np.empty((3, n + WIDTH))
-    resting, paths = np.empty(0), np.empty((0, n))
-    first[0] = 0
+    spline, most, resting = spline_of(angles.shape[1], n), np.empty((3, n + WIDTH)), np.empty(0)
     for m in range(angles.shape[0]):
         fit_spline(angles[m], spline)
         start, end = ramps_of(spline.slopes, ease)
-        begin = first[m + 1] = first[m]
+        frames[m] = 0
         scales[m] = 1.0
         for _ in range(_MOST_SCALINGS):
             time = (1.0 + 0.5 * (start + end)) * durations[m] * scales[m]
-            frames = int(np.ceil(time * rate)) + 1
-            if resting_size(frames, n, span) > resting.shape[0]:
-                resting = np.empty(2 * resting_size(frames, n, span))
-            sample(spline, start, end, resting, (span + 1) * n, frames, n)
-            add_rests(resting, frames, n, span)
-            fill_greatest(resting, frames, n, rate, span, most)
+            count = int(np.ceil(time * rate)) + 1
+            if resting_size(count, n, span) > resting.shape[0]:
+                resting = np.empty(2 * resting_size(count, n, span))
+            sample(spline, start, end, resting, (span + 1) * n, count, n)
+            add_rests(resting, count, n, span)
+            fill_greatest(resting, count, n, rate, span, most)
             excess = excess_of(most, limits)
             if excess <= 1.0:
-                if begin + frames > paths.shape[0]:
-                    more = min(frames * (angles.shape[0] - m), max(frames, _MOST_AT_ONCE))
-                    paths = grown(paths, begin, more)
-                lift(resting, (span + 1) * n, paths[begin : begin + frames])
-                first[m + 1] = begin + frames
+                frames[m] = count
                 break
             if not excess < _HOPELESS:
                 break
             scales[m] *= max(excess, _LEAST_SCALING)
-    return paths[: first[-1]]
 
 
 @kernel
-def grown(paths: FloatArray, used: int, more: int) -> FloatArray:
-    """Return paths with room for so many frames more, and a quarter as many again."""
-    larger = np.empty((used + more + (used + more) // 4, paths.shape[1]))
-    larger[:used] = paths[:used]
-    return larger
+def sample_reaches(angles: FloatArray, ease: Ease, first: IntArray, paths: FloatArray) -> None:
+    """Fill `paths`, shape (all frames, n), with the frames that each reach was paced to.
+
+    Sampled anew: to keep what was sampled when it was paced, it would have to be copied from
+    arrays that are larger than what comes of them.
+    """
+    n = angles.shape[2]
+    spline = spline_of(angles.shape[1], n)
+    some = np.empty(0)
+    for m in range(angles.shape[0]):
+        frames = first[m + 1] - first[m]
+        if frames:
+            if frames * n + WIDTH > some.size:
+                some = np.empty(2 * frames * n + WIDTH)
+            fit_spline(angles[m], spline)
+            start, end = ramps_of(spline.slopes, ease)
+            sample(spline, start, end, some, 0, frames, n)
+            lift(some, 0, paths[first[m] : first[m + 1]])
 
 
 @kernel

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from armsyn.kernels.chain import ChainArrays, forward, jacobian, positions_along
-from armsyn.kernels.compiling import generated_kernel
-from armsyn.kernels.linear import gram, solve_positive
+from armsyn.kernels.compiling import generated_kernel, kernel
+from armsyn.kernels.linear import solve_positive
 from armsyn.kernels.optimisers import OptimiserSettings
 from armsyn.kernels.solver import descend
 from armsyn.kernels.types import FloatArray
@@ -111,7 +111,7 @@ def carried_share(chain: ChainArrays, ways: FloatArray) -> float:
     return min(along / whole, 1.0) * along * along / (whole * other)
 
 
-@generated_kernel
+@kernel
 def deviate_each(
     chain: ChainArrays,
     firsts: FloatArray,
@@ -138,48 +138,100 @@ def deviate_each(
         Greatest norm of x.
     """
     k, n = firsts.shape
-    m = n + 3
-    C, B, J = np.empty((m, k)), np.empty((m, m)), np.empty((1, 3, n))
-    wanted, here, tip = np.empty(m), np.empty((1, n)), np.empty((1, n + 1, 3))
-    for i in range(n):
-        for j in range(k):
-            C[i, j] = firsts[j, i]
+    rotation, translation, prismatic, _lower, _upper = chain
+    sines, cosines, origins, axes = np.empty(n), np.empty(n), np.empty((n + 1, 3)), np.empty((n, 3))
+    J, C, nowhere = np.empty((3, n)), np.empty((3, k)), np.empty((0, 0))
+    root, whitened = _whitened(firsts, damping)
+    along = np.ascontiguousarray(lasts.T)
+    start, end, miss = np.empty(n), np.empty(n), np.empty(3)
     for row in range(x.shape[0]):
         x[row] = 0.0
+        for i in range(n):
+            start[i] = starts[row, i] - begins[row, i]
+            for h in range(i):
+                start[i] -= root[i, h] * start[h]
+            start[i] /= root[i, i]
         for _step in range(steps):
             for i in range(n):
-                here[0, i] = ends[row, i]
+                angle = ends[row, i]
                 for j in range(k):
-                    here[0, i] += lasts[j, i] * x[row, j]
-                wanted[i] = starts[row, i] - begins[row, i]
-            jacobian_each(chain, here, J)
-            tip[:] = positions_along(chain, here)
+                    angle += along[i, j] * x[row, j]
+                end[i] = angle
+            forward(rotation, translation, prismatic, end, sines, cosines, origins, axes, nowhere)
+            jacobian(prismatic, origins, axes, J)
+            C[:] = 0.0
             for a in range(3):
-                wanted[n + a] = targets[row, a] - tip[0, n, a]
+                for i in range(n):
+                    for j in range(k):
+                        C[a, j] += J[a, i] * along[i, j]
+                gap = targets[row, a] - origins[n, a]
                 for j in range(k):
-                    along = 0.0
-                    for i in range(n):
-                        along += J[0, a, i] * lasts[j, i]
-                    C[n + a, j] = along
-                    wanted[n + a] += along * x[row, j]
-            _likeliest(C, damping, longest, B, wanted, x[row])
+                    gap += C[a, j] * x[row, j]
+                miss[a] = gap
+            _likeliest(whitened, start, C, damping[n:], miss, longest, x[row])
 
 
-@generated_kernel
+@kernel
+def _whitened(firsts: FloatArray, damping: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return R, (n, n), with R R^T = F F^T + d^2 for F = `firsts`^T, and R^-1 F, (n, k)."""
+    k, n = firsts.shape
+    root, whitened = np.zeros((n, n)), np.empty((n, k))
+    for i in range(n):
+        whitened[i] = firsts[:, i]
+        for j in range(i + 1):
+            total = damping[i] * damping[i] if i == j else 0.0
+            for h in range(k):
+                total += firsts[h, i] * firsts[h, j]
+            for h in range(j):
+                total -= root[i, h] * root[j, h]
+            root[i, j] = math.sqrt(total) if i == j else total / root[j, j]
+        for h in range(i):
+            whitened[i] -= root[i, h] * whitened[h]
+        whitened[i] /= root[i, i]
+    return root, whitened
+
+
+@kernel
 def _likeliest(
-    C: FloatArray, damping: FloatArray, longest: float, B: FloatArray, y: FloatArray, x: FloatArray
+    whitened: FloatArray,
+    start: FloatArray,
+    C: FloatArray,
+    softness: FloatArray,
+    miss: FloatArray,
+    longest: float,
+    x: FloatArray,
 ) -> None:
-    """Fill x = C^T (C C^T + d^2)^-1 y, no longer than `longest`; B and y are workspace."""
-    m, k = C.shape
-    gram(C, B)
-    for i in range(m):
-        B[i, i] += damping[i] * damping[i]
-    solve_positive(B, y)
-    norm = 0.0
-    for j in range(k):
-        x[j] = 0.0
-        for i in range(m):
-            x[j] += C[i, j] * y[i]
-        norm += x[j] * x[j]
-    if norm > longest * longest:
-        x *= longest / math.sqrt(norm)
+    """Fill x = G^T (G G^T + d^2)^-1 y, no longer than `longest`, for G = [F; C].
+
+    The block of F, and R^-1 times y there (`start`), are the same in all steps: `whitened`. What
+    is left is the 3 by 3 of C, `softness` its d; `miss`, shape (3,), is y there, and is lost.
+    """
+    n, k = whitened.shape
+    A, S = np.empty((3, n)), np.empty((3, 3))
+    for a in range(3):
+        for i in range(n):
+            total = 0.0
+            for j in range(k):
+                total += C[a, j] * whitened[i, j]
+            A[a, i] = total
+            miss[a] -= total * start[i]
+        for b in range(a + 1):
+            total = softness[a] * softness[a] if a == b else 0.0
+            for j in range(k):
+                total += C[a, j] * C[b, j]
+            for i in range(n):
+                total -= A[a, i] * A[b, i]
+            S[a, b] = S[b, a] = total
+    solve_positive(S, miss)
+    x[:] = 0.0
+    for i in range(n):
+        share = start[i]
+        for a in range(3):
+            share -= A[a, i] * miss[a]
+        for j in range(k):
+            x[j] += share * whitened[i, j]
+    for a in range(3):
+        for j in range(k):
+            x[j] += miss[a] * C[a, j]
+    norm = math.sqrt((x * x).sum())
+    x *= longest / max(norm, longest)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.kernels.pacing import pace_reaches
+from armsyn.kernels.pacing import pace_reaches, sample_reaches
 from armsyn.kernels.rates import RateLimits
 from armsyn.kernels.sampling import Ease
 from armsyn.planning import timing
@@ -74,17 +74,21 @@ def pace(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz
     """
     motions = np.ascontiguousarray(angles, dtype=np.float64)
     count = len(motions)
-    first, scales = np.empty(count + 1, dtype=np.int64), np.empty(count)
-    paths = pace_reaches(
+    frames, scales = np.empty(count, dtype=np.int64), np.empty(count)
+    ease = Ease(2.0 * timing.CUT_TIME, timing.CUT_SPEED)
+    pace_reaches(
         motions,
         np.maximum(durations, SHORTEST_S),
         RateLimits(*timing.Rates.of(arm)),
         float(rate_hz),
         max(1, round(timing.JERK_SPAN * rate_hz)),
-        Ease(2.0 * timing.CUT_TIME, timing.CUT_SPEED),
-        first,
+        ease,
+        frames,
         scales,
     )
+    first = np.concatenate([[0], np.cumsum(frames)])
+    paths = np.empty((int(first[-1]), motions.shape[2]))
+    sample_reaches(motions, ease, first, paths)
     return Paced(paths, first, scales, rate_hz)
 
 
