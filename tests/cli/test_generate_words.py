@@ -87,6 +87,10 @@ def test_a_reach_of_a_chunk_is_read_as_a_motion(kind: str, call: Call, tmp_path:
         wanted = chunk["angles"][chunk["first"][1] :]
         np.testing.assert_allclose(one["angles_rad"], wanted, rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(np.diff(one["time_s"]), 0.02, rtol=1e-7)
+        if kind != "csv":  # which has the joints' angles alone
+            arm = load_arm("human7", calibrated=False)
+            places = arm.chain.positions(wanted)[:, list(arm.landmark_frames)]
+            np.testing.assert_allclose(one["landmarks_m"], places, rtol=0.0, atol=1e-12)
     assert call("motion", "info", file).status == 0
 
 

@@ -1,7 +1,10 @@
 """Reaches in a chunk of `armsyn generate`, a numpy archive: one is read as ``FILE#INDEX``.
 
 Keys: ``schema`` ("armsyn-reaches-1"), ``joints``, ``rate_hz``, ``index`` (of each reach), ``first``
-(frame where each begins, the last where all end) and ``angles`` (all frames, rad or m).
+(frame where each begins, the last where all end) and ``angles`` (all frames, rad or m); and, for
+its landmarks: their names (``landmarks``) and the rows of joints and tip that they are at
+(``landmark_rows``), and the chain as `armsyn.kernels.chain.ChainArrays` has it
+(``chain_rotation``, ``chain_translation``, ``chain_prismatic``).
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from armsyn.errors import FormatError
+from armsyn.kernels.chain import ChainArrays, positions_along
 from armsyn.motion.formats.archive import Archive, opened
 from armsyn.motion.formats.npz_bodies import chosen
 from armsyn.motion.formats.options import Reading, ReadOptions
@@ -52,14 +56,37 @@ def read(path: Path, options: ReadOptions) -> Reading:
         take = chosen(options.take, there, path)
         row, first = there.index(take), archive.numbers("first").ravel()
         rate, angles = archive.numbers("rate_hz").ravel(), archive.numbers("angles")
-        joints = archive.names("joints")
+        joints, chain = archive.names("joints"), _chain(archive)
+        names, rows = archive.names("landmarks"), archive.numbers("landmark_rows")
     if first.size != len(there) + 1 or not (
         rate.size == 1 and rate[0] > 0.0 and 0 <= first[row] < first[row + 1] <= len(angles)
     ):
         raise FormatError(f"{path}: 'first' or 'rate_hz' does not fit the reaches: it is damaged")
     part = angles[int(first[row]) : int(first[row + 1])]
+    fits = part.ndim == 2 and part.shape[1] == len(joints) == len(chain.prismatic)
+    if not (fits and rows.shape == (len(names),) and {*rows.tolist()} <= {*range(len(joints) + 1)}):
+        raise FormatError(f"{path}: joints, chain and landmarks do not fit: it is damaged")
     try:
-        motion = Motion(np.arange(len(part)) / rate[0], joints, part, source=f"{path.name}#{take}")
+        motion = Motion(
+            np.arange(len(part)) / rate[0],
+            joints,
+            part,
+            names,
+            positions_along(chain, part)[:, rows.astype(np.intp)],
+            f"{path.name}#{take}",
+        )
     except FormatError as error:
         raise FormatError(f"{path}: {error}") from error
     return Reading(motion, {"reach": take, "kind": "planned"})
+
+
+def _chain(archive: Archive) -> ChainArrays:
+    """Return the arm's chain; its limits are not in the file."""
+    rotation, translation = archive.numbers("chain_rotation"), archive.numbers("chain_translation")
+    prismatic = archive.flags("chain_prismatic")
+    n = prismatic.size
+    if (prismatic.shape, rotation.shape, translation.shape) != ((n,), (n + 1, 3, 3), (n + 1, 3)):
+        raise FormatError(
+            f"{archive.path}: 'chain_rotation' and the like do not fit: it is damaged"
+        )
+    return ChainArrays(rotation, translation, prismatic, np.zeros(n), np.zeros(n))
