@@ -64,7 +64,7 @@ def finished(
     try:
         return checked(arm, angles, duration, rate_hz)
     except RefusedMotionError as error:
-        refused = error
+        refused = error.with_traceback(None)  # whose frames would keep all this in memory
     required, others = Clearances.of(arm, start=angles[0]), []
     for end, ways in _other_ways(arm, angles, task, uneven=isinstance(refused, UnevenError)):
         if required.broken_by(end):  # and so is every way to it
@@ -111,7 +111,7 @@ def _told(
         except UnevenError:
             continue
         except RefusedMotionError as error:
-            told = error
+            told = error.with_traceback(None)
             told.add(f"as predicted, {refused}")
             break
     told.add("other ways, with other swivels of the arm, were tried, too")

@@ -255,7 +255,7 @@ def _allowed_starts(
         try:
             checked_start(arm, starts[row])
         except LimitError as error:
-            barred[row] = error
+            barred[row] = error.with_traceback(None)
     return inside, dict(barred)
 
 

@@ -46,6 +46,7 @@ class Followed(NamedTuple):
     changed : dict of int to str
         Why those were refused as predicted that are evened or end elsewhere.
     refused : dict of int to RefusedMotionError
+        Without the frames that they came through, which would keep whole batches in memory.
     """
 
     paths: list[FloatArray | None]
@@ -97,7 +98,7 @@ def follow(
         try:
             _finish(arm, angles[row], float(durations[row]), task, rate_hz, row, found)
         except RefusedMotionError as error:
-            found.refused[row] = error
+            found.refused[row] = error.with_traceback(None)
     return found
 
 
@@ -117,7 +118,7 @@ def _turned(
                 raise refused
             ended[row], at_end[row] = brought_to_end(arm, angles[row], task), True
         except RefusedMotionError as error:
-            found.refused[row] = error
+            found.refused[row] = error.with_traceback(None)
     return ended, at_end
 
 
