@@ -92,3 +92,17 @@ def orientation_of(options: dict[str, Any]) -> HandOrientation | None:
         return Turned(from_rpy(np.radians(turned)), tolerance)
     except InputError as error:
         raise InputError(f"--{'pointing' if pointing else 'orientation'}: {error}") from error
+
+
+def asked(orientation: HandOrientation | None) -> dict[str, list[float]] | None:
+    """Return how a hand was asked to be turned, ready for JSON."""
+    import numpy as np
+
+    from armsyn.kinematics.rotation import to_rpy
+    from armsyn.planning import Pointing, Turned
+
+    if isinstance(orientation, Pointing):
+        return {"pointing": np.asarray(orientation.direction).tolist()}
+    if isinstance(orientation, Turned):
+        return {"rpy_rad": to_rpy(np.asarray(orientation.rotation)).tolist()}
+    return None

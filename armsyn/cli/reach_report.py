@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.cli.json_errors import DocumentedError
+from armsyn.cli.orientation_options import asked
 from armsyn.cli.reach_run import Done
 from armsyn.driver import Ending
 from armsyn.errors import ArmFaultError, FormatError, InputError
-from armsyn.kinematics.rotation import to_rpy
 from armsyn.motion import FloatArray, Motion
-from armsyn.planning import HandOrientation, PlannedReach, Pointing, Turned
+from armsyn.planning import PlannedReach
 from armsyn.planning.posing import HandTask
 from armsyn.scoring import ProfileMeasures, correlation, measure, normalised_speed
 
@@ -157,7 +157,7 @@ def _leg(
         "evened": planned.evened,
         "first_refused": planned.refused or None,
         "planned_speed_peaks": _planned_peaks(planned),
-        "orientation": _asked(planned.orientation),
+        "orientation": asked(planned.orientation),
         "orientation_error_rad": None,
     }
     keys = ("movement_time_s", "speed_peaks", "time_to_peak", "peak_over_mean", "min_jerk_r")
@@ -187,15 +187,6 @@ def _planned_peaks(planned: PlannedReach) -> int | None:
         return measure(planned.trajectory).speed_peaks
     except InputError:
         return None
-
-
-def _asked(orientation: HandOrientation | None) -> dict[str, list[float]] | None:
-    """How the hand was asked to be turned."""
-    if isinstance(orientation, Pointing):
-        return {"pointing": np.asarray(orientation.direction).tolist()}
-    if isinstance(orientation, Turned):
-        return {"rpy_rad": to_rpy(np.asarray(orientation.rotation)).tolist()}
-    return None
 
 
 def _measures(found: ProfileMeasures) -> dict[str, Any]:

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from armsyn.cli.arm_options import DEFAULT_ARM, connected, which_arm_options
+from armsyn.cli.arm_options import connected, which_arm_options
 from armsyn.cli.choices import IKS, MODELS, FiniteRange
 from armsyn.cli.operating import consent_option
+from armsyn.cli.orientation_options import orientation_options
 
 if TYPE_CHECKING:
     from armsyn.cli.arm_options import Connection
@@ -43,8 +44,9 @@ RECORDED_S, _UNRECORDED_S = 3600.0, 10.0
     show_default=True,
     help="Commands a second.",
 )
-@click.option("--ik", type=IKS, default="svd", show_default=True, help="Optimiser.")
-@click.option("--model", type=MODELS, default="C", show_default=True, help="Synergy model.")
+@click.option("--ik", type=IKS, help="Optimiser, of learned reaches' synergies.  [default: svd]")
+@click.option("--model", type=MODELS, help="Synergy model, of the same.  [default: C]")
+@orientation_options
 @click.option(
     "--slower",
     type=float,
@@ -87,8 +89,13 @@ def track(**options: Any) -> None:
     \b
     {"target": [0.42, -0.25, -0.05]}
     {"target": [0.40, 0.15, 0.02], "t": 0.7, "id": "second"}
+    {"target": [0.35, -0.10, -0.15], "pointing": [0, 0, -1]}
 
-    Metres, arm base frame. A new target may come at any moment: the hand turns to it from
+    Metres, arm base frame. A hand is turned as its line says ("pointing": a direction, or
+    "orientation": roll, pitch and yaw in degrees), else as --pointing or --orientation say.
+    It moves by the controller with the synergy of the place, by the arm's atlas; without an
+    atlas, with --ik or --model, or where that one does not arrive, with that of the nearest
+    learned reach. A new target may come at any moment: the hand turns to it from
     wherever it is, at the speed that it has. Of targets that have come together the newest that
     can be reached counts (--each goes to one after the other); one with "t" waits until so many
     seconds after the start, and holds up no other. A line that is no target, or whose target
@@ -99,14 +106,14 @@ def track(**options: Any) -> None:
     rest and lets go. Ctrl-C decelerates and, if the way is short and checked, goes to the rest
     posture; a second Ctrl-C holds at once. With --json every event is one line of JSON.
     """  # noqa: D301 - after \b click leaves a paragraph as it stands
-    from armsyn.arm import find_file
+    from armsyn.cli.orientation_options import orientation_of
     from armsyn.cli.track_lines import LineReader
     from armsyn.cli.track_report import check_plot
     from armsyn.cli.track_teller import Teller
     from armsyn.driver import check_recording_path
     from armsyn.errors import ArmsynError, InputError
     from armsyn.planning.tracking_plan import LawPlanner
-    from armsyn.synergy import load_library
+    from armsyn.planning.tracking_sources import sources_of
 
     if sys.stdin is None:
         raise InputError("there is no standard input to read targets from")
@@ -115,13 +122,14 @@ def track(**options: Any) -> None:
     if options["record"]:
         check_recording_path(options["record"])
     check_plot(options["plot"])
-    name = options["arm_name"] or DEFAULT_ARM
-    library = load_library(find_file(name, ".synergies.json", options["calibration"]))
+    orientation_of(options)  # refuses what is none
     teller = Teller(as_json=options["as_json"], keeping=bool(options["plot"]))
     try:
         with connected(options) as there:
             arm = there.arm.slowed(_slower(options))
-            planner = LawPlanner(arm, library, options["ik"], options["model"])
+            ik, model = options["ik"], options["model"]
+            sources = sources_of(arm, options["calibration"], ik=ik, model=model)
+            planner = LawPlanner(arm, sources, ik or "svd")
             status = _track(there, planner, reader, teller, options)
     except ArmsynError as error:
         if not options["as_json"]:
@@ -201,7 +209,11 @@ def _follow(
         return session.stops.count > 0 or tracker.now + LEAD_S >= longest
 
     feed = TargetFeed(
-        tracker, reader, teller.tell, each=options["each"], longest=longest, stopping=stopping
+        *(tracker, reader, teller.tell),
+        each=options["each"],
+        longest=longest,
+        options=options,
+        stopping=stopping,
     )
     tracker.on_end = feed.ended
     kept = RECORDED_S if options["record"] or options["plot"] else _UNRECORDED_S

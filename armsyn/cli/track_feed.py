@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Self
 
-from armsyn.cli.track_lines import LineReader, NumberedTarget, parse_target
+from armsyn.cli.orientation_options import asked
+from armsyn.cli.track_lines import LineReader, NumberedTarget, parse_target, turned
 from armsyn.cli.track_waiting import WaitingTargets
 from armsyn.errors import FormatError, InputError, RefusedMotionError
 from armsyn.planning.tracking import ReachTracker
@@ -15,6 +16,9 @@ from armsyn.planning.tracking_state import Arrival
 
 LOOK_S = 0.01
 """Seconds between two looks at what has happened while no line comes."""
+
+NOT_TURNED = dict.fromkeys(("pointing", "orientation", "orientation_tolerance"))
+"""Options of who asks for no orientation."""
 
 Tell = Callable[[dict[str, Any]], None]
 
@@ -36,6 +40,8 @@ class TargetFeed(threading.Thread):
         Whether to turn to a target only when the hand has arrived at the one before.
     longest : float
         Seconds after which tracking ends: no line's time may be beyond.
+    options : mapping
+        How hands are turned whose lines do not say, as `armsyn.cli.orientation_options` gives it.
     stopping : callable
         Whether the arm stops, and turns to no target any more.
 
@@ -53,6 +59,7 @@ class TargetFeed(threading.Thread):
         *,
         each: bool = False,
         longest: float = float("inf"),
+        options: Mapping[str, Any] = NOT_TURNED,
         stopping: Callable[[], bool] = lambda: False,
     ) -> None:
         super().__init__(name="armsyn targets", daemon=True)
@@ -62,6 +69,7 @@ class TargetFeed(threading.Thread):
         self._tell = tell
         self._each = each
         self._longest = longest
+        self._options = options
         self._stopping = stopping
         self._waiting = WaitingTargets(each=each)
         self._followed: dict[int, NumberedTarget] = {}
@@ -128,10 +136,10 @@ class TargetFeed(threading.Thread):
     def _take(self, number: int, text: bytes) -> None:
         try:
             line = parse_target(text, self._longest)
+            target = NumberedTarget(number, line, turned(line, self._options))
         except FormatError as error:
             self._tell({"event": "malformed", "line": number, "id": None, "reason": str(error)})
             return
-        target = NumberedTarget(number, line)
         if self._stops():
             self._say("refused", target, reason="the arm is stopping", kind="StopRequestedError")
             return
@@ -141,7 +149,9 @@ class TargetFeed(threading.Thread):
     def _aim(self, target: NumberedTarget) -> None:
         line = target.line
         try:
-            aim = self.tracker.aim(line.target, line.t or 0.0, tag=target)
+            aim = self.tracker.aim(
+                line.target, line.t or 0.0, tag=target, orientation=target.orientation
+            )
         except (RefusedMotionError, InputError) as error:
             self._waiting.refused(target)
             self._say(
@@ -151,14 +161,18 @@ class TargetFeed(threading.Thread):
         self._followed[target.number] = target
         for other in self._waiting.accepted(target):
             self._say("passed_over", other)
+        chosen = aim.planned.chosen
         self._say(
             "accepted",
             target,
-            target_m=list(line.target),
             t_s=aim.begin,
-            like=aim.planned.learned,
-            time_scale=aim.planned.time_scale,
-            expected_s=aim.planned.duration,
+            target_m=list(line.target),
+            orientation=asked(target.orientation),
+            captured=chosen.learned,
+            captured_rank=chosen.rank,
+            outside_m=chosen.outside,
+            time_scale=chosen.time_scale,
+            planned_time_s=aim.planned.duration,
         )
 
     def _tell_ends(self) -> None:
@@ -170,8 +184,9 @@ class TargetFeed(threading.Thread):
                 end.how,
                 target,
                 t_s=end.time,
-                time_s=max(0.0, end.time - end.aim.begin),
-                error_mm=1e3 * end.error,
+                elapsed_s=max(0.0, end.time - end.aim.begin),
+                hand_error_m=end.error,
+                orientation_error_rad=None if target.orientation is None else end.turn,
             )
 
     def _say(self, event: str, target: NumberedTarget, **facts: Any) -> None:

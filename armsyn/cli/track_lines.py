@@ -6,11 +6,15 @@ import fcntl
 import math
 import os
 import select
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import msgspec
 
+from armsyn.cli.orientation_options import orientation_of
 from armsyn.errors import FormatError, InputError
+from armsyn.planning import HandOrientation
 
 LONGEST_LINE = 10_000
 """Bytes; what is longer is no target."""
@@ -32,18 +36,25 @@ class TargetLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         When to turn to it, s after tracking began; at once without it.
     id : str, int, float or None
         The sender's own; it is given back.
+    pointing : 3-tuple of float or None
+        Where the hand points there, base frame.
+    orientation : 3-tuple of float or None
+        How it is turned there, roll, pitch and yaw in degrees.
     """
 
     target: tuple[float, float, float]
     t: float | None = None
     id: str | int | float | None = None
+    pointing: tuple[float, float, float] | None = None
+    orientation: tuple[float, float, float] | None = None
 
 
-class NumberedTarget(msgspec.Struct, frozen=True):
-    """A target with the number of its line, from 1."""
+class NumberedTarget(NamedTuple):
+    """A target with the number of its line, from 1, and how the hand is to be turned."""
 
     number: int
     line: TargetLine
+    orientation: HandOrientation | None = None
 
 
 def parse_target(text: bytes, longest: float = math.inf) -> TargetLine:
@@ -77,6 +88,31 @@ def parse_target(text: bytes, longest: float = math.inf) -> TargetLine:
     if line.t is not None and line.t >= longest:
         raise FormatError(f"t is {line.t:g} s, tracking ends at {longest:g} s")
     return line
+
+
+def turned(line: TargetLine, options: Mapping[str, Any]) -> HandOrientation | None:
+    """How the hand is to be turned: as a line says, or else as the command's options.
+
+    Parameters
+    ----------
+    line : TargetLine
+    options : mapping
+        As `armsyn.cli.orientation_options` gives them.
+
+    Returns
+    -------
+    HandOrientation or None
+
+    Raises
+    ------
+    FormatError
+        Both are said, or no direction.
+    """
+    said = {"pointing": line.pointing, "orientation": line.orientation}
+    try:
+        return orientation_of({**options, **said} if any(said.values()) else dict(options))
+    except InputError as error:
+        raise FormatError(str(error).replace("--", "")) from error
 
 
 @dataclass

@@ -17,12 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from armsyn.planning.tracking_ahead import Following, Foresight, Moment
-from armsyn.planning.tracking_arriving import ARRIVED_M, Measured, distance_from, looked
+from armsyn.kernels.following import POSTURE
+from armsyn.kernels.ticking import tick
+from armsyn.planning.posing import HandOrientation
+from armsyn.planning.tracking_ahead import Following, Foresight, Moment, turned
+from armsyn.planning.tracking_arriving import ARRIVED_M, SETTLE_S, Measured, looked
 from armsyn.planning.tracking_begin import STEP_S
-from armsyn.planning.tracking_law import POSTURE, tick
 from armsyn.planning.tracking_plan import TOLERANCE_M, LawPlanner
-from armsyn.planning.tracking_state import Aim, Arrival, State
+from armsyn.planning.tracking_state import Aim, Arrival, at_rest, seen
 
 FloatArray = NDArray[np.float64]
 
@@ -71,9 +73,9 @@ class ReachTracker:
     def __post_init__(self) -> None:
         self.planner.prepare()
         chain = self.planner.arm.chain
-        self._state = State.at_rest(np.clip(self.start, chain.lower, chain.upper))
-        self._moment = Moment(0.0, self._state.copy(), None)
-        self._foresight = Foresight(self.planner)
+        self._moment = Moment(0.0, at_rest(np.clip(self.start, chain.lower, chain.upper)), None)
+        self._arm = self.planner.guarded
+        self._foresight = Foresight(self._arm)
         self._lock = threading.Lock()
         self._lead = LEAD_S
 
@@ -93,7 +95,14 @@ class ReachTracker:
         """Let the stream end once the last target is reached."""
         self._finishing = True
 
-    def aim(self, target: ArrayLike, at: float = 0.0, tag: Any = None) -> Aim:
+    def aim(
+        self,
+        target: ArrayLike,
+        at: float = 0.0,
+        tag: Any = None,
+        *,
+        orientation: HandOrientation | None = None,
+    ) -> Aim:
         """Turn to a target, from where the arm will be then; the last target that stands wins.
 
         Parameters
@@ -104,6 +113,8 @@ class ReachTracker:
             When to turn to it, s of the stream; as soon as it is planned where that is over.
         tag : object
             Kept in the `Aim`.
+        orientation : HandOrientation, optional
+            How the hand is to be turned there.
 
         Returns
         -------
@@ -119,8 +130,8 @@ class ReachTracker:
                 moment, queued = self._moment, tuple(self._next)
             begin = max(at, moment.t + self._lead, self.earliest)
             going, state = self._foresight.state_at(moment, queued, begin)
-            planned = self.planner.plan(state, target, going)
-            aim = Aim(planned.law.target, planned, begin, tag)
+            planned = self.planner.plan(state, target, going, orientation=orientation)
+            aim = Aim(planned, begin, tag)
             with self._lock:
                 late = self._moment.t >= begin
                 if not late or not left:
@@ -129,7 +140,7 @@ class ReachTracker:
             self._lead = min(2.0 * self._lead, LONGEST_LEAD_S)  # planning took longer than that
         self._lead = max(0.9 * self._lead, LEAD_S)
         for other in passed:
-            self.on_end(Arrival(other, moment.t, self._error_now(other), "replaced"))
+            self.on_end(self._replaced(other, moment))
         return aim
 
     def _put_in(self, aim: Aim) -> list[Aim]:
@@ -151,37 +162,38 @@ class ReachTracker:
         Returns
         -------
         array, shape (n,), or None
-            rad; None once `finish` was called and the last target is reached.
+            rad, not to be written to; None once `finish` was called and the last target is
+            reached.
         """
-        before, moving = self._moment, self._state.moving
+        before = self._moment
         span = t - before.t
         if span <= 0.0:
-            return np.array(moving[POSTURE])
-        following = self._turned(before)
+            return np.asarray(before.state[POSTURE])
+        following = self._turned(before) if self._next else before.following
         idle = following is None or following.settled
         if self._finishing and idle and not self._next:
             return None
+        now = before.state
         if following is not None:
-            share = 0.0 if following.settled else 1.0 / CORRECTION_S
-            distance, fastest = tick(
-                self._foresight.chain,
-                self._foresight.settings,
-                following.law,
-                self._foresight.bounds,
-                self._state.sensed,
-                moving,
+            now, following.distance, fastest = tick(
+                self._arm,
+                following.law.hand,
+                following.law.joints,
+                now,
                 state.position,
                 state.fresh,
                 before.t - following.since,
                 span,
                 STEP_S,
-                share,
+                0.0 if following.settled else 1.0 / CORRECTION_S,
             )
             if not following.settled:
-                near = distance <= ARRIVED_M and 0.1 * fastest <= TOLERANCE_M
-                self._look(following, state, t, span if near else -np.inf)
-        self._moment = Moment(t, self._state.copy(), following)
-        return np.array(moving[POSTURE])
+                near = following.distance <= ARRIVED_M and 0.1 * fastest <= TOLERANCE_M
+                following.near_for = following.near_for + span if near else 0.0
+                if following.near_for >= SETTLE_S or t > following.patience:
+                    self._look(following, state, now, t)
+        self._moment = Moment(t, now, following)
+        return np.asarray(now[POSTURE])
 
     def _turned(self, before: Moment) -> Following | None:
         """Turn to the next target if it is time to."""
@@ -192,20 +204,24 @@ class ReachTracker:
                 aims.append(self._next.popleft())
             if not aims:
                 return following
-            turned = Following(aims[-1], self._foresight.begun(aims[-1], self._state), before.t)
-            self._moment = before._replace(following=turned)
+            now = turned(aims[-1], before.t)
+            self._moment = before._replace(following=now)
         for aim in aims[:-1]:  # the host was late for them
-            self.on_end(Arrival(aim, before.t, self._error_now(aim), "replaced"))
+            self.on_end(self._replaced(aim, before))
         if following is not None and not following.settled:
-            error = self._error_now(following.aim)
-            self.on_end(Arrival(following.aim, before.t, error, "replaced"))
-        return turned
+            if following.aim.planned.task.orientation is not None:
+                self.on_end(self._replaced(following.aim, before))
+            else:  # as the last tick knew it: to work it out here takes longer than a tick
+                told = Arrival(following.aim, before.t, following.distance, 0.0, "replaced")
+                self.on_end(told)
+        return now
 
-    def _look(self, following: Following, state: Measured, t: float, near: float) -> None:
-        arrival = looked(following, state, self._state.seen, t, near, self.planner.arm.chain)
+    def _look(self, following: Following, state: Measured, now: FloatArray, t: float) -> None:
+        arrival = looked(following, state, seen(now), t, self.planner.arm.chain)
         if arrival is not None:
             self.on_end(arrival)
 
-    def _error_now(self, aim: Aim) -> float:
-        """Distance of the hand from a target, as far as it is known, m."""
-        return distance_from(aim, self._moment.state.seen, self.planner.arm.chain)
+    def _replaced(self, aim: Aim, now: Moment) -> Arrival:
+        """End of an aim whose target another takes the place of."""
+        left = aim.planned.task.errors(self.planner.arm.chain, seen(now.state))
+        return Arrival(aim, now.t, *left, "replaced")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from armsyn.kinematics import SerialChain
 from armsyn.planning.tracking_ahead import Following
-from armsyn.planning.tracking_state import Aim, Arrival, End
+from armsyn.planning.tracking_state import Arrival, End
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -26,9 +26,6 @@ SETTLE_S = 0.1
 PATIENCE_S = 1.5
 """Seconds after that in which the measured hand may still be brought nearer."""
 
-LATE_S = 5.0
-"""Seconds after which a hand that should have arrived by then is given up."""
-
 
 class Measured(Protocol):
     """What the joints answered last; `armsyn.driver.joints.JointState` is one."""
@@ -43,14 +40,9 @@ class Measured(Protocol):
 
 
 def looked(
-    following: Following,
-    state: Measured,
-    seen: FloatArray,
-    t: float,
-    near: float,
-    chain: SerialChain,
+    following: Following, state: Measured, seen: FloatArray, t: float, chain: SerialChain
 ) -> Arrival | None:
-    """See whether the hand has arrived, the commanded one having been there `near` s more.
+    """See whether the hand has arrived, the commanded one having been there for `SETTLE_S`.
 
     Parameters
     ----------
@@ -61,27 +53,19 @@ def looked(
         Where the arm is, as far as is known, rad.
     t : float
         s of the stream.
-    near : float
-        s; negative infinity where it is not there.
     chain : SerialChain
 
     Returns
     -------
     Arrival or None
     """
-    following.near_for = max(0.0, following.near_for + near)
-    late = t - following.since > following.aim.planned.duration + LATE_S
-    if following.near_for < SETTLE_S and not late:
-        return None
+    late = t > following.patience
     known = np.isfinite(state.position)
-    error = distance_from(following.aim, np.where(known, state.position, seen), chain)
-    if error > ARRIVED_M and following.near_for < PATIENCE_S and not late:
+    task = following.aim.planned.task
+    error, turn = task.errors(chain, np.where(known, state.position, seen))
+    turned = task.orientation is None or turn <= task.orientation.tolerance
+    if not (error <= ARRIVED_M and turned) and following.near_for < PATIENCE_S and not late:
         return None
     following.settled = True
-    how: End = "arrived" if error <= MISSED_M else "missed"
-    return Arrival(following.aim, t, error, how)
-
-
-def distance_from(aim: Aim, posture: FloatArray, chain: SerialChain) -> float:
-    """Distance of the hand from a target, in a posture of shape (n,), rad; m."""
-    return float(np.linalg.norm(chain.forward(posture).tip - aim.target))
+    how: End = "arrived" if error <= MISSED_M and turned else "missed"
+    return Arrival(following.aim, t, error, turn, how)

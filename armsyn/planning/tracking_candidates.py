@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from armsyn.planning.posing import HandOrientation, HandTask
+from armsyn.planning.tracking_sources import Source
 from armsyn.planning.tracking_state import Candidate, Going
-from armsyn.synergy import SynergyLibrary
 
 FloatArray = NDArray[np.float64]
 
@@ -25,22 +26,23 @@ SAME_PLACE = 0.15
 
 
 def candidates(
-    library: SynergyLibrary,
-    ik: str,
-    model: str,
+    sources: tuple[Source, ...],
+    posture: FloatArray,
     hand: FloatArray,
-    goal: FloatArray,
+    task: HandTask,
     going: Going | None,
 ) -> Iterator[Candidate]:
     """Synergies that may serve, the likeliest first.
 
     Parameters
     ----------
-    library : SynergyLibrary
-    ik, model : str
-        As `armsyn.planning.tracking_plan.LawPlanner` has them.
-    hand, goal : array, shape (3,)
-        Where the hand is and is to go, m, base frame.
+    sources : tuple of Source
+    posture : array, shape (n,)
+        Where the arm is, rad.
+    hand : array, shape (3,)
+        Where its hand is, m, base frame.
+    task : HandTask
+        Where it is to go.
     going : Going or None
         What is followed until then.
 
@@ -48,20 +50,27 @@ def candidates(
     ------
     Candidate
     """
-    if going is not None and goes_on(going, goal, hand):
+    if going is not None and goes_on(going, task, hand):
         then = going.planned
-        phase = (then.law.clock + going.elapsed) / then.time_scale
-        yield Candidate(
-            then.learned, then.rank, then.synergy, then.time_scale, then.chosen_for, phase
-        )
-    for rank, (learned, chosen) in enumerate(library.nearest(hand, goal, ik, model)):
-        yield Candidate(learned.name, rank, library.synergy(chosen), 1.0, goal)
+        phase = (then.law.clock + going.elapsed) / then.chosen.scale
+        yield then.chosen._replace(phase=phase)
+    for source in sources:
+        yield from source.candidates(posture, hand, task.goal)
 
 
-def goes_on(going: Going, goal: FloatArray, hand: FloatArray) -> bool:
+def goes_on(going: Going, task: HandTask, hand: FloatArray) -> bool:
     """Whether a new target belongs to the reach that is on its way."""
-    then = going.planned
-    shift = float(np.linalg.norm(goal - then.law.target))
+    then, goal = going.planned, task.goal
+    if not _same(then.task.orientation, task.orientation):
+        return False
+    shift = float(np.linalg.norm(goal - then.task.goal))
     streamed = going.elapsed <= STREAM_S and shift <= STREAM_M
     near = shift <= SAME_REACH * float(np.linalg.norm(goal - hand))
-    return (near or streamed) and float(np.linalg.norm(goal - then.chosen_for)) <= SAME_PLACE
+    return (near or streamed) and float(np.linalg.norm(goal - then.chosen.chosen_for)) <= SAME_PLACE
+
+
+def _same(one: HandOrientation | None, other: HandOrientation | None) -> bool:
+    """Whether two tasks want the hand turned alike."""
+    if one is None or other is None:
+        return one is other
+    return one.angles == other.angles and np.array_equal(one.wanted, other.wanted)

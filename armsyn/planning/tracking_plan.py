@@ -16,15 +16,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.errors import CollisionError, InputError, RefusedMotionError, UnreachableError
+from armsyn.errors import CollisionError, RefusedMotionError, UnreachableError
 from armsyn.ik import optimiser_settings
+from armsyn.kernels.arm_numbers import packed
+from armsyn.kernels.following import POSTURE, VELOCITY, Followed, follow
+from armsyn.kernels.law import HAND, JOINTS, RAMP, Law
+from armsyn.kernels.ticking import tick
 from armsyn.planning.checking import checked_target, out_of_reach, where
+from armsyn.planning.end_posture import end_posture, fulfilled
+from armsyn.planning.posing import HandOrientation, HandTask
 from armsyn.planning.tracking_begin import STEP_S, LawMaker
 from armsyn.planning.tracking_candidates import candidates
-from armsyn.planning.tracking_law import OFF, POSTURE, RATE, VELOCITY, Law, follow, tick
-from armsyn.planning.tracking_state import Candidate, Going, PlannedLaw, State
+from armsyn.planning.tracking_sources import Source
+from armsyn.planning.tracking_state import Candidate, Going, PlannedLaw, at_rest, seen
 from armsyn.safety import check_collision
-from armsyn.synergy import SynergyLibrary
+from armsyn.synergy.controller import RAMP_S
 
 FloatArray = NDArray[np.float64]
 
@@ -53,71 +59,72 @@ class LawPlanner:
     Parameters
     ----------
     arm : ArmDescription
-    library : SynergyLibrary
-        Learned for that arm.
+    sources : tuple of Source
+        Of its synergies, as `armsyn.planning.tracking_sources.sources_of` finds them.
     ik : {"svd", "jt", "njt", "dls"}
-    model : {"A", "B", "C", "D"}
-
-    Raises
-    ------
-    InputError
-        A library of another arm.
+        The optimiser that those are of.
     """
 
     arm: ArmDescription
-    library: SynergyLibrary
+    sources: tuple[Source, ...]
     ik: str = "svd"
-    model: str = "C"
-
-    def __post_init__(self) -> None:
-        if self.library.arm != self.arm.name or self.library.joint_names != self.arm.joint_names:
-            raise InputError(
-                f"the synergies are those of {self.library.arm}, the arm is {self.arm.name}: run"
-                f" armsyn learn --arm {self.arm.name}"
-            )
-        hand = self.arm.chain.forward(self.arm.rest).tip
-        self.library.nearest(hand, hand, self.ik, self.model)  # refuse what it has not learned
 
     @cached_property
-    def maker(self) -> LawMaker:
-        """Makes this planner's laws."""
-        return LawMaker(self.arm, self.ik, self.library.lambdas[self.ik])
+    def guarded(self) -> FloatArray:
+        """The arm with the limits that every step keeps, `armsyn.kernels.arm_numbers.packed`."""
+        return self._packed(GUARD)
+
+    @cached_property
+    def _roomy(self) -> FloatArray:
+        return self._packed(HEADROOM)
+
+    def _packed(self, share: float) -> FloatArray:
+        """The arm with a share of its speeds and accelerations, and its jerks."""
+        arm = self.arm
+        bounds = np.array(
+            [share * arm.max_velocity, share * arm.max_acceleration, np.array(arm.max_jerk)]
+        )
+        return packed(arm.chain.arrays, optimiser_settings(self.ik), bounds)
+
+    @cached_property
+    def _maker(self) -> LawMaker:
+        return LawMaker(self.guarded)
 
     def prepare(self) -> None:
         """Compile what planning and following need, which would hold up a stream for seconds."""
         rest = self.arm.rest
-        state = State.at_rest(rest)
-        state.moving[VELOCITY] = 1e-6
+        state = at_rest(rest)
+        state[VELOCITY] = 1e-6
         hand = self.arm.chain.forward(rest).tip
         with contextlib.suppress(RefusedMotionError):
             self.plan(state, hand)
         out_of_reach(self.arm, rest, hand)
-        known = np.zeros(rest.size, dtype=np.bool_)
-        law = Law(np.ones(8), np.zeros((5, rest.size)))
-        chain, settings, bounds = (
-            self.arm.chain.arrays,
-            optimiser_settings(self.ik),
-            self.bounds(1.0),
+        law, known = (
+            Law(np.ones(HAND), np.zeros((JOINTS, rest.size))),
+            np.zeros(rest.size, dtype=np.bool_),
         )
-        sensed, moving = state.sensed, state.moving
-        tick(chain, settings, law, bounds, sensed, moving, rest, known, 0.0, STEP_S, STEP_S, 0.0)
+        tick(self.guarded, *law, state, rest, known, 0.0, STEP_S, STEP_S, 0.0)
 
-    def bounds(self, share: float) -> FloatArray:
-        """A share of the arm's speeds and accelerations, and its jerks, shape (3, n)."""
-        arm = self.arm
-        return np.array([share * arm.max_velocity, share * arm.max_acceleration, arm.max_jerk])
-
-    def plan(self, state: State, target: ArrayLike, going: Going | None = None) -> PlannedLaw:
+    def plan(
+        self,
+        state: FloatArray,
+        target: ArrayLike,
+        going: Going | None = None,
+        *,
+        orientation: HandOrientation | None = None,
+    ) -> PlannedLaw:
         """Plan how to follow a target from a state of the arm.
 
         Parameters
         ----------
-        state : State
-            In which the law will begin.
+        state : array, shape (7, n)
+            In which the law will begin, as `armsyn.kernels.following` has it.
         target : array_like, shape (3,)
             m, base frame.
         going : Going, optional
             What is followed until then.
+        orientation : HandOrientation, optional
+            How the hand is to be turned there.
 
         Returns
         -------
@@ -128,62 +135,63 @@ class LawPlanner:
         InputError
             No three finite numbers.
         UnreachableError
-            No learned synergy brings the hand within `TOLERANCE_M`.
+            The hand cannot be there, or be turned so; or no synergy brings it within
+            `TOLERANCE_M`.
         CollisionError
             Those that do go through the arm itself or what is around it.
         """
-        goal = checked_target(target)
+        task = HandTask(checked_target(target), orientation)
         missed, refused = np.inf, None  # how near the others come; the first that collides
-        hand = self.arm.chain.forward(state.seen).tip
-        for candidate in candidates(self.library, self.ik, self.model, hand, goal, going):
-            quick = self._played(self.maker.law(state, goal, candidate), state)[1]
-            if quick > TOLERANCE_M:
+        here = seen(state)
+        hand = self.arm.chain.forward(here).tip
+        for candidate in candidates(self.sources, here, hand, task, going):
+            path, quick = self._played(self._maker.law(state, task, candidate), state)
+            ending = None
+            if orientation is not None:
+                ending = end_posture(self.arm, task, here, path[-1])
+            elif quick.distance > TOLERANCE_M:
                 if missed == np.inf and (
-                    beyond := out_of_reach(self.arm, state.moving[POSTURE], goal)
+                    beyond := out_of_reach(self.arm, state[POSTURE], task.goal)
                 ):
                     raise beyond
-                missed = min(missed, quick)
+                missed = min(missed, quick.distance)
                 continue
-            slowed, law = self._slowed(state, goal, candidate)
-            path, distance, _ = self._played(law, state)
-            if distance > TOLERANCE_M:
-                missed = min(missed, distance)
+            slowed, law = self._slowed(state, task, candidate, ending)
+            path, done = self._played(law, state)
+            if not fulfilled(task, done.distance, task.errors(self.arm.chain, path[-1])[1]):
+                missed = min(missed, done.distance)
                 continue
             if collision := self._collision(path):
                 refused = refused or collision
                 continue
-            return PlannedLaw(
-                law,
-                slowed.synergy,
-                slowed.chosen_for,
-                path,
-                len(path) * STEP_S,
-                slowed.name,
-                slowed.rank,
-                slowed.scale,
-            )
-        raise refused or self._why_not(goal, float(missed))
+            return PlannedLaw(law, task, slowed, path, len(path) * STEP_S)
+        raise refused or self._why_not(task, float(missed))
 
     def _collision(self, path: FloatArray) -> CollisionError | None:
-        seen = np.concatenate([path[:-1:_LOOKED_AT], path[-1:]])
-        return check_collision(seen, self.arm, leaving=True)
+        some = np.concatenate([path[:-1:_LOOKED_AT], path[-1:]])
+        return check_collision(some, self.arm, leaving=True)
 
-    def _why_not(self, goal: FloatArray, missed: float) -> UnreachableError:
+    def _why_not(self, task: HandTask, missed: float) -> UnreachableError:
+        turned = "" if task.orientation is None else ", or turned wrongly"
         return UnreachableError(
-            f"target {where(goal)} is within reach of {self.arm.name}, but every learned synergy"
-            f" ({self.ik}/{self.model}) stays {missed * 100:.1f} cm or more away from it: try"
+            f"target {where(task.goal)} is within reach of {self.arm.name}, but with every learned"
+            f" synergy the hand stays {missed * 100:.1f} cm or more away from it{turned}: try"
             " another --ik, or go by way of another target",
             missed,
         )
 
     def _slowed(
-        self, state: State, goal: FloatArray, candidate: Candidate
+        self,
+        state: FloatArray,
+        task: HandTask,
+        candidate: Candidate,
+        ending: FloatArray | None,
     ) -> tuple[Candidate, Law]:
         """Slow a law until it keeps the limits, or as far as that helps: every step keeps them."""
         before = np.inf
         for _ in range(_MOST_SCALINGS):
-            law = self.maker.law(state, goal, candidate)
-            excess = self._played(law, state, guarded=False)[2]
+            law = self._maker.law(state, task, candidate, ending)
+            excess = self._played(law, state, guarded=False)[1].excess
             if excess <= 1.0 or excess > 0.995 * before:
                 break
             before = excess
@@ -191,23 +199,11 @@ class LawPlanner:
         return candidate, law
 
     def _played(
-        self, law: Law, state: State, *, guarded: bool = True
-    ) -> tuple[FloatArray, float, float]:
-        """Play a law from a state: the path, the distance at its end, m, and the excess."""
-        steps = int(LONGEST_S * (self.maker.rate / law.hand[RATE]) / STEP_S)
+        self, law: Law, state: FloatArray, *, guarded: bool = True
+    ) -> tuple[FloatArray, Followed]:
+        """Play a law from a state: the path, and what came of it."""
+        steps = int(LONGEST_S * (law.hand[RAMP] / RAMP_S) / STEP_S)
         path = np.empty((steps if guarded else 0, self.arm.rest.size))
-        made, distance, excess, _ = follow(
-            self.arm.chain.arrays,
-            optimiser_settings(self.ik),
-            law,
-            self.bounds(GUARD if guarded else HEADROOM),
-            state.sensed[OFF],
-            state.moving.copy(),
-            0.0,
-            STEP_S,
-            steps,
-            TOLERANCE_M,
-            guarded,
-            path,
-        )
-        return path[:made], distance, excess
+        arm = self.guarded if guarded else self._roomy
+        done = follow(arm, *law, state.copy(), 0.0, STEP_S, steps, TOLERANCE_M, guarded, path)
+        return path[: done.made], Followed(*done)

@@ -8,8 +8,10 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from armsyn.kernels.following import EXPECTED, MOVED, OFF, POSTURE, TRAILED
+from armsyn.kernels.law import Law
 from armsyn.kernels.rollout import Synergies
-from armsyn.planning.tracking_law import EXPECTED, MOVED, OFF, POSTURE, TRAILED, Law
+from armsyn.planning.posing import HandTask
 
 FloatArray = NDArray[np.float64]
 
@@ -20,36 +22,63 @@ _BELIEF = 0.1
 """How much motion, rad2/s, it takes to change one's mind about a lag by half."""
 
 
-class State(NamedTuple):
-    """How an arm moves, and how far it stands off what it is told.
+def at_rest(posture: FloatArray) -> FloatArray:
+    """State, shape (7, n), of an arm that stands still where it is told, shape (n,), rad."""
+    state = np.zeros((7, posture.size))
+    state[POSTURE] = state[EXPECTED] = posture
+    state[TRAILED], state[MOVED] = _BELIEF * LAG_S, _BELIEF
+    return state
+
+
+def seen(state: FloatArray) -> FloatArray:
+    """Where the arm is, as far as is known, shape (n,), rad."""
+    return np.asarray(state[POSTURE] + state[OFF])
+
+
+class Candidate(NamedTuple):
+    """A synergy with which a target may be reached for.
 
     Attributes
     ----------
-    moving : array, shape (3, n)
-        Posture, rad, velocity, rad/s, and acceleration, rad/s2, as commanded.
-    sensed : array, shape (4, n)
-        What `armsyn.planning.tracking_law.tick` knows of how measured joints differ from that.
+    synergy : Synergies
+    rate : float
+        lambda of it, 1/s.
+    chosen_for : array, shape (3,)
+        The target that it was chosen for, m.
+    outside : float or None
+        m from that to what was captured.
+    learned : str or None
+        The captured reach that it was learned from; None for one of the place.
+    rank : int or None
+        0 when that is the nearest.
+    lasts : float
+        Seconds in which the synergy as it stands was fitted to bring the hand about there.
+    closes : bool
+        Whether what is left is to be closed by gains that rise to one at least.
+    pace : float
+        By how much a person's reach there is slower than the synergy as it stands.
+    scale : float
+        By how much this one is to be.
+    phase : float or None
+        The time of phi at which it goes on, over the scale, s; None for a new reach.
     """
 
-    moving: FloatArray
-    sensed: FloatArray
+    synergy: Synergies
+    rate: float
+    chosen_for: FloatArray
+    outside: float | None
+    lasts: float
+    closes: bool = False
+    learned: str | None = None
+    rank: int | None = None
+    pace: float = 1.0
+    scale: float = 1.0
+    phase: float | None = None
 
     @property
-    def seen(self) -> FloatArray:
-        """Where the arm is, as far as is known, shape (n,), rad."""
-        return np.asarray(self.moving[POSTURE] + self.sensed[OFF])
-
-    def copy(self) -> State:
-        """Arrays that nobody else writes to."""
-        return State(self.moving.copy(), self.sensed.copy())
-
-    @classmethod
-    def at_rest(cls, posture: FloatArray) -> State:
-        """An arm that stands still where it is told, shape (n,), rad."""
-        moving, sensed = np.zeros((3, posture.size)), np.zeros((4, posture.size))
-        moving[POSTURE] = sensed[EXPECTED] = posture
-        sensed[TRAILED], sensed[MOVED] = _BELIEF * LAG_S, _BELIEF
-        return cls(moving, sensed)
+    def time_scale(self) -> float:
+        """kappa, how much slower than a person's."""
+        return self.scale / self.pace
 
 
 @dataclass(frozen=True)
@@ -59,43 +88,20 @@ class PlannedLaw:
     Parameters
     ----------
     law : Law
-    synergy : Synergies
-    chosen_for : array, shape (3,)
-        The target that the synergy was chosen for, m.
+    task : HandTask
+    chosen : Candidate
+        The synergy, as slow as it has to be.
     path : array, shape (frames, n)
         What comes of it if nothing else happens, `STEP_S` apart, rad.
     duration : float
         Seconds until the hand has come to rest at its target.
-    learned : str
-        The captured reach whose synergy it uses.
-    rank : int
-        0 when that is the nearest.
-    time_scale : float
-        kappa, how much slower than the learned reach.
     """
 
     law: Law
-    synergy: Synergies
-    chosen_for: FloatArray
+    task: HandTask
+    chosen: Candidate
     path: FloatArray
     duration: float
-    learned: str
-    rank: int
-    time_scale: float
-
-
-class Candidate(NamedTuple):
-    """A synergy with which a target may be reached for, and kappa so far.
-
-    `phase` is the time of phi at which it goes on, over kappa, s; None for a new reach.
-    """
-
-    name: str
-    rank: int
-    synergy: Synergies
-    scale: float
-    chosen_for: FloatArray
-    phase: float | None = None
 
 
 class Going(NamedTuple):
@@ -118,8 +124,6 @@ class Aim:
 
     Parameters
     ----------
-    target : array, shape (3,)
-        m, base frame.
     planned : PlannedLaw
     begin : float
         When, s of the stream.
@@ -127,7 +131,6 @@ class Aim:
         The caller's.
     """
 
-    target: FloatArray
     planned: PlannedLaw
     begin: float
     tag: Any = None
@@ -146,6 +149,8 @@ class Arrival(NamedTuple):
         s of the stream.
     error : float
         m from the measured hand to the target.
+    turn : float
+        rad from how it is turned to how it should be; 0 where that is nothing.
     how : {"arrived", "replaced", "missed"}
         Replaced by another target before it arrived; missed where something keeps the hand
         away that corrections do not overcome.
@@ -154,4 +159,5 @@ class Arrival(NamedTuple):
     aim: Aim
     time: float
     error: float
+    turn: float
     how: End

@@ -85,7 +85,7 @@ def test_a_double_step_is_followed_recorded_and_drawn(
         ("ended", None, None),
     ]
     assert told[6]["t_s"] == pytest.approx(0.6, abs=0.2)
-    assert told[9]["error_mm"] < 3.0
+    assert told[9]["hand_error_m"] < 3e-3
     assert told[-1]["ending"] == Ending.COMPLETED.value
     recording = load_recording(record)
     hand = load_arm("human7").chain.forward(recording.measured_rad[-1]).tip
@@ -102,6 +102,25 @@ def test_each_is_gone_to_in_turn_and_told_to_people(call: Call, feed: Feed) -> N
     assert told == ["ready", *names, "targets", "stream", "ended"]
     assert "2 accepted, 2 arrived, 1 refused" in said.out
     assert Ending.PARKED.value in said.out
+
+
+def test_a_hand_is_turned_as_its_line_says(call: Call, feed: Feed) -> None:
+    """Told in the names and units of `armsyn reach --json`."""
+    feed(
+        {"target": NEAR, "pointing": [0, 0, -1], "orientation": [0, 0, 0]},
+        {"target": (0.35, -0.10, -0.15), "pointing": [0, 0, -2]},
+    )
+    said = call("track", *RATE, "--json")
+    assert said.status == 0, said.err
+    assert "line 1: a hand points somewhere or is turned some way" in said.err
+    malformed, _, accepted, arrived, _ = events(said)
+    assert malformed["event"] == "malformed"
+    assert accepted["orientation"] == {"pointing": [0.0, 0.0, -1.0]}
+    assert accepted["captured"] is None  # by the atlas
+    assert accepted["outside_m"] < 0.05
+    assert arrived["event"] == "arrived"
+    assert arrived["hand_error_m"] < 3e-3
+    assert arrived["orientation_error_rad"] < np.radians(2.0)
 
 
 def test_without_any_good_target_it_holds_and_says_so(call: Call, feed: Feed) -> None:

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -41,23 +40,27 @@ class Listener:
         self._now += self._step
         return self._now
 
-    def aim(self, target: tuple[float, ...], at: float, tag: NumberedTarget) -> Aim:
+    def aim(
+        self, target: tuple[float, ...], at: float, tag: NumberedTarget, *, orientation: Any
+    ) -> Aim:
         if self.failing:
             raise ZeroDivisionError
         if target[0] > 1.0:
             raise UnreachableError("too far", 4.0)
         assert at <= self._now + AHEAD_S
-        planned: Any = SimpleNamespace(learned="a", time_scale=1.0, duration=1.0)
-        aim = Aim(np.array(target), planned, max(at, self._now), tag)
+        assert orientation is None
+        chosen = SimpleNamespace(learned="a", rank=0, outside=0.0, time_scale=1.0)
+        planned: Any = SimpleNamespace(chosen=chosen, duration=1.0)
+        aim = Aim(planned, max(at, self._now), tag)
         if self._last is not None:
-            self.on_end(Arrival(self._last, self._now, 0.1, "replaced"))
+            self.on_end(Arrival(self._last, self._now, 0.1, 0.0, "replaced"))
         self._last = aim
         self.turned.append(tag.number)
         return aim
 
     def finish(self) -> None:
         if self._last is not None:
-            self.on_end(Arrival(self._last, self._now, 0.0, "arrived"))
+            self.on_end(Arrival(self._last, self._now, 0.0, 0.0, "arrived"))
             self._last = None
         self.finished.set()
 

@@ -3,12 +3,15 @@
 import os
 import time
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armsyn.cli.track_lines import LONGEST_LINE, LineReader, parse_target
+from armsyn.cli.track_feed import NOT_TURNED
+from armsyn.cli.track_lines import LONGEST_LINE, LineReader, parse_target, turned
 from armsyn.errors import FormatError, InputError
+from armsyn.planning import Pointing, Turned
 
 
 @given(st.binary(max_size=200))
@@ -82,6 +85,30 @@ def test_what_is_no_target_says_why(text: bytes, said: str) -> None:
 
 def test_a_time_that_is_over_is_one() -> None:
     assert parse_target(b'{"target": [0, 0, 0], "t": -1e300}', 60.0).t == -1e300
+
+
+def test_a_line_says_how_the_hand_is_turned_or_else_the_options_do() -> None:
+    options = {"pointing": (0.0, 1.0, 0.0), "orientation": None, "orientation_tolerance": 5.0}
+    plain = turned(parse_target(b'{"target": [0, 0, 0]}'), options)
+    assert isinstance(plain, Pointing)
+    assert np.asarray(plain.direction).tolist() == [0.0, 1.0, 0.0]
+    own = turned(parse_target(b'{"target": [0, 0, 0], "orientation": [0, 0, 90]}'), options)
+    assert isinstance(own, Turned)
+    assert np.asarray(own.rotation) == pytest.approx(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))
+    assert plain.tolerance == own.tolerance == pytest.approx(np.radians(5.0))
+    assert turned(parse_target(b'{"target": [0, 0, 0]}'), NOT_TURNED) is None
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        (b'"pointing": [1, 0, 0], "orientation": [0, 0, 0]', "pointing or orientation"),
+        (b'"pointing": [0, 0, 0]', "pointing: a direction is 3 finite numbers, not all 0"),
+    ],
+)
+def test_a_line_that_turns_the_hand_in_no_way_is_refused(keys: bytes, said: str) -> None:
+    with pytest.raises(FormatError, match=said):
+        turned(parse_target(b'{"target": [0, 0, 0], ' + keys + b"}"), NOT_TURNED)
 
 
 def test_what_cannot_be_read_is_refused() -> None:

@@ -9,30 +9,34 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armsyn.arm import find_file, load_arm
+from armsyn.arm import load_arm
 from armsyn.driver import Ending
 from armsyn.driver.joints import JointState
 from armsyn.driver.path import BLEND
 from armsyn.errors import CollisionError, InputError, UnreachableError
 from armsyn.ik import optimiser_settings
-from armsyn.motion.peaks import count_peaks
-from armsyn.planning.tracking import ReachTracker
-from armsyn.planning.tracking_law import (
-    CARRIED,
+from armsyn.kernels.arm_numbers import packed
+from armsyn.kernels.following import follow
+from armsyn.kernels.law import (
     FADE,
     GAIN,
+    HAND,
+    JOINTS,
+    LATE,
     LIMIT_RATE,
     OFFSET,
     RAMP,
     RATE,
     Law,
     carried_velocity,
-    follow,
     stopping_speed,
 )
+from armsyn.motion.peaks import count_peaks
+from armsyn.planning import Pointing, Turned, planner_for
+from armsyn.planning.tracking import ReachTracker
 from armsyn.planning.tracking_plan import LawPlanner
-from armsyn.planning.tracking_state import Arrival, State
-from armsyn.synergy import load_library
+from armsyn.planning.tracking_sources import sources_of
+from armsyn.planning.tracking_state import Arrival, at_rest
 from tests.driver.stepped import SteppedArm
 
 ARM = load_arm("human7")
@@ -40,7 +44,7 @@ N = len(ARM.joint_names)
 PERIOD = 0.005
 RIGHT, LEFT = (0.42, -0.25, -0.05), (0.40, 0.15, 0.02)
 LOW = (0.35, -0.10, -0.15)
-PLANNER = LawPlanner(ARM, load_library(find_file("human7", ".synergies.json", None)))
+PLANNER = LawPlanner(ARM, sources_of(ARM))
 
 
 class Followed(NamedTuple):
@@ -100,18 +104,10 @@ def within_limits(angles: np.ndarray, period: float = PERIOD) -> None:
 
 def one_gain(target: np.ndarray, gain: float, rate: float) -> Law:
     """The raw controller S_A, begun from rest."""
-    hand, joints = np.zeros(8), np.zeros((5, N))
+    hand, joints = np.zeros(HAND), np.zeros((JOINTS, N))
     hand[:3], hand[RATE], hand[RAMP], hand[LIMIT_RATE], hand[FADE] = target, rate, 0.2, np.inf, 0.1
-    joints[GAIN], joints[OFFSET] = gain, -np.inf
+    hand[LATE], joints[GAIN], joints[OFFSET] = np.inf, gain, -np.inf
     return Law(hand, joints)
-
-
-def carrying(v: float, a: float, fade: float) -> Law:
-    """A law that carries the same velocity and acceleration over at every joint."""
-    law = one_gain(np.zeros(3), 1.0, 1.0)
-    law.hand[FADE] = fade
-    law.joints[CARRIED:] = [[v], [a]]
-    return law
 
 
 @pytest.mark.parametrize("gain", [0.5, 1.0, 2.0])
@@ -122,11 +118,9 @@ def test_with_one_gain_the_hand_nears_its_target_as_the_closed_form_says(gain: f
     target = hand + np.array([0.03, 0.05, -0.02])
     step, steps, rate = 1e-3, 800, 4.0
     path = np.empty((steps, N))
-    follow(
-        ARM.chain.arrays, optimiser_settings("svd"), one_gain(target, gain, rate),
-        PLANNER.bounds(1.0), np.zeros(N), State.at_rest(start).moving,
-        0.0, step, steps, -1.0, False, path,
-    )  # fmt: skip
+    arm = packed(ARM.chain.arrays, optimiser_settings("svd"), np.ones((3, N)))
+    law = one_gain(target, gain, rate)
+    follow(arm, *law, at_rest(start), 0.0, step, steps, -1.0, False, path)
     t = step * np.arange(1, steps + 1)
     risen = np.where(t < 0.2, 0.2 * ramp_integral(np.minimum(t / 0.2, 1.0)), 0.1 + t - 0.2)
     left = np.exp(-rate * gain * risen)
@@ -151,18 +145,17 @@ def ramp_integral(x: np.ndarray) -> np.ndarray:
 def test_what_is_carried_begins_as_it_was_and_fades_without_memory(
     v: float, a: float, fade: float, between: float
 ) -> None:
-    law = carrying(v, a, fade)
+    def left(at: float) -> float:
+        return carried_velocity(v, a, fade, at)
 
-    def slope(which: Law, at: float) -> float:
-        near = (carried_velocity(which, 0, at + x) for x in (-1e-6, 1e-6))
-        return float(np.diff(list(near))[0] / 2e-6)
+    def slope(at: float) -> float:
+        return (left(at + 1e-6) - left(at - 1e-6)) / 2e-6
 
-    assert carried_velocity(law, 0, 0.0) == pytest.approx(v)
-    assert slope(law, 0.0) == pytest.approx(a, abs=1e-3)
-    assert abs(carried_velocity(law, 0, 12.0 * fade)) < 1e-3
-    taken_over = carrying(carried_velocity(law, 0, between), slope(law, between), fade)
-    later = carried_velocity(law, 0, between + 0.1)
-    assert carried_velocity(taken_over, 0, 0.1) == pytest.approx(later, abs=1e-4)
+    assert left(0.0) == pytest.approx(v)
+    assert slope(0.0) == pytest.approx(a, abs=1e-3)
+    assert abs(left(12.0 * fade)) < 1e-3
+    taken_over = carried_velocity(left(between), slope(between), fade, 0.1)
+    assert taken_over == pytest.approx(left(between + 0.1), abs=1e-4)
 
 
 @given(room=st.floats(1e-4, 3.0), braking=st.floats(1.0, 30.0), step=st.floats(1e-3, 5e-3))
@@ -234,7 +227,7 @@ def test_whatever_comes_limits_hold_and_the_last_target_is_reached(
     for wait, target in steps:
         t += wait
         try:
-            PLANNER.plan(State.at_rest(ARM.rest), target)
+            PLANNER.plan(at_rest(ARM.rest), target)
         except (UnreachableError, CollisionError):
             continue
         targets.append((t, target))
@@ -295,7 +288,7 @@ def test_a_target_that_is_refused_leaves_the_last_good_one(
 def test_a_way_through_something_is_refused_before_the_arm_turns() -> None:
     inside_the_chest = (0.08, 0.28, -0.15)
     with pytest.raises(CollisionError, match="inside") as refused:
-        PLANNER.plan(State.at_rest(ARM.rest), inside_the_chest)
+        PLANNER.plan(at_rest(ARM.rest), inside_the_chest)
     assert "base" in (refused.value.first, refused.value.second)
 
 
@@ -401,3 +394,59 @@ def test_a_stop_on_the_way_decelerates() -> None:
     recording = session.run_setpoint(tracker.setpoint, 60.0, recorded=10.0)
     assert recording.ending in (Ending.STOPPED_PARKED, Ending.STOPPED_HOLDING)
     within_limits(recording.commanded_rad)
+
+
+def test_a_hand_is_turned_on_its_way_to_its_target() -> None:
+    """To point down, then, in mid-motion, as its frame is in a known posture."""
+    posture = ARM.chain.lower + 0.4 * (ARM.chain.upper - ARM.chain.lower)
+    known = ARM.chain.forward(posture)
+    tracker, angles = ReachTracker(PLANNER, ARM.rest, (ends := list[Arrival]()).append), [ARM.rest]
+    aims = {1: (LOW, Pointing((0.0, 0.0, -1.0))), 80: (known.tip, Turned(known.orientations[-1]))}
+    for k in range(1, 1200):
+        if k in aims:
+            tracker.aim(aims[k][0], orientation=aims[k][1])
+        state = SimpleNamespace(position=angles[-1], fresh=np.ones(N, dtype=bool))
+        setpoint = tracker.setpoint(k * PERIOD, state)
+        assert setpoint is not None
+        angles.append(setpoint)
+    within_limits(np.array(angles))
+    assert [end.how for end in ends] == ["replaced", "arrived"]
+    there = ARM.chain.forward(angles[-1])
+    turn = there.orientations[-1] @ known.orientations[-1].T
+    assert np.linalg.norm(there.tip - known.tip) < 1e-3
+    assert np.degrees(np.arccos((np.trace(turn) - 1.0) / 2.0)) < 2.0
+    assert ends[1].turn < np.radians(2.0)
+
+
+def test_a_hand_points_where_it_is_asked_to() -> None:
+    planned = PLANNER.plan(at_rest(ARM.rest), LOW, orientation=Pointing((0.0, 0.0, -1.0)))
+    joints = ARM.chain.positions(planned.path[-1:])[0]
+    along = joints[-1] - joints[-2]  # the hand lies beyond the last joint
+    assert np.linalg.norm(joints[-1] - LOW) < 1e-3
+    assert np.degrees(np.arccos(-along[2] / np.linalg.norm(along))) < 2.0
+
+
+def test_a_hand_that_cannot_be_turned_so_is_refused_and_told_why() -> None:
+    arm = load_arm("openmanipulator_x")
+    planner = LawPlanner(arm, sources_of(arm))
+    with pytest.raises(UnreachableError, match="its 4 joints leave one of 2 angles"):
+        planner.plan(at_rest(arm.rest), (0.2, 0.08, 0.15), orientation=Pointing((0.0, 1.0, 0.0)))
+
+
+def test_reaches_take_the_synergy_and_the_pace_of_their_place() -> None:
+    """A reach with room to spare takes as long as `reach --plan synergy` lets it take."""
+    planner = planner_for(ARM, "synergy")
+    for target in (RIGHT, LEFT, LOW):
+        found = PLANNER.plan(at_rest(ARM.rest), target)
+        whole = planner.plan(ARM.rest, target)
+        assert found.chosen.learned is None
+        assert found.chosen.outside == pytest.approx(whole.outside_m)
+        longer = found.duration / (found.chosen.time_scale * whole.duration_s)
+        assert 0.7 < longer < 1.6  # it settles, where the whole motion ends
+
+
+def test_with_an_optimiser_or_a_model_they_take_the_nearest_learned_reach() -> None:
+    planner = LawPlanner(ARM, sources_of(ARM, ik="jt"), "jt")
+    found = planner.plan(at_rest(ARM.rest), RIGHT)
+    assert found.chosen.learned is not None
+    assert found.chosen.rank == 0
