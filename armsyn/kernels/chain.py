@@ -161,16 +161,19 @@ def positions_along(chain: ChainArrays, path: FloatArray) -> FloatArray:
     """Positions of all joints and the tip along `path`, (frames, n) to (frames, n + 1, 3), m."""
     frames, n = path.shape
     positions = np.empty((frames, n + 1, 3))
-    sines = np.empty(n)
-    cosines = np.empty(n)
+    # Padded to whole vectors, else seven sines are worked out one by one
+    q = np.zeros((n + 7) // 8 * 8)
+    sines, cosines = np.empty_like(q), np.empty_like(q)
     axes = np.empty((n, 3))
     tip = np.empty((0, 0))
     for frame in range(frames):
+        for i in range(n):
+            q[i] = path[frame, i]
         forward(
             chain.rotation,
             chain.translation,
             chain.prismatic,
-            path[frame],
+            q,
             sines,
             cosines,
             positions[frame],

@@ -21,6 +21,8 @@ from armsyn.kernels.sampling import Ease, fit_spline, ramps_of, sample, spline_o
 from armsyn.kernels.types import BoolArray, FloatArray, IntArray
 from armsyn.kernels.vectors import WIDTH
 
+LONGEST_S = 3600.0
+"""What would take longer is not slowed any further."""
 _MOST_SCALINGS = 40
 _LEAST_SCALING = 1.01
 _HOPELESS = 1e3
@@ -64,7 +66,8 @@ def pace_reaches(
         Frames over which a jerk is taken.
     ease : Ease
     frames : array of int, shape (M,)
-        Filled; 0 for a reach that `_MOST_SCALINGS` do not slow enough.
+        Filled; 0 for a reach that `_MOST_SCALINGS` do not slow enough, or that would take
+        `LONGEST_S`.
     scales : array, shape (M,)
         Filled: how many times as long each takes, at least 1.
     """
@@ -77,6 +80,8 @@ def pace_reaches(
         scales[m] = 1.0
         for _ in range(_MOST_SCALINGS):
             time = (1.0 + 0.5 * (start + end)) * durations[m] * scales[m]
+            if not time < LONGEST_S:
+                break
             count = int(np.ceil(time * rate)) + 1
             if resting_size(count, n, span) > resting.shape[0]:
                 resting = np.empty(2 * resting_size(count, n, span))

@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
-from armsyn.kernels.judging import ALLOWED
+from armsyn.kernels.judging import ALLOWED, CONTACT
 from armsyn.kernels.pacing import fill_beyond, hold_within
 from armsyn.planning.bending import INSIDE, leaves_range, within_ranges
 from armsyn.planning.evenness import uneven_speed
 from armsyn.planning.generation.bells import uneven_reaches
-from armsyn.planning.generation.judging import judge
+from armsyn.planning.generation.judging import Verdicts, judge
 from armsyn.planning.generation.pacing import Paced, pace
 from armsyn.planning.planned import trajectory_of
 from armsyn.planning.timing import in_time
-from armsyn.safety import check_trajectory
+from armsyn.safety import Clearances, check_trajectory
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -59,6 +59,8 @@ class Tried(NamedTuple):
     ----------
     paced : Paced
         Their samples.
+    verdicts : Verdicts
+        On them, but for bells and ranges.
     allowed, uneven : array of bool, shape (M,)
         Which may be followed, and which but for more than one bell.
     beyond, swung : array of bool, shape (M,)
@@ -66,6 +68,7 @@ class Tried(NamedTuple):
     """
 
     paced: Paced
+    verdicts: Verdicts
     allowed: BoolArray
     uneven: BoolArray
     beyond: BoolArray
@@ -94,9 +97,10 @@ def tried(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_h
     fill_beyond(chain.lower, chain.upper, INSIDE, motions, beyond)
     paced = pace(arm, motions, durations, rate_hz)
     hold_within(chain.lower, chain.upper, SWING, paced.first, paced.paths, swung)
-    good = (judge(arm, paced).kinds == ALLOWED) & (paced.lengths > 0) & ~beyond & ~swung
+    verdicts = judge(arm, paced)
+    good = (verdicts.kinds == ALLOWED) & (paced.lengths > 0) & ~(beyond | swung)
     uneven = uneven_reaches(chain, paced)
-    return Tried(paced, good & ~uneven, good & uneven, beyond, swung)
+    return Tried(paced, verdicts, good & ~uneven, good & uneven, beyond, swung)
 
 
 def checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: float) -> Finished:
@@ -134,20 +138,24 @@ def checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: f
     if not found.allowed[0]:
         if not len(samples) or found.swung[0]:  # which is refused, by the joint's name
             samples, scale = in_time(bent, duration, arm, rate_hz)
-        if refused := _why_not(arm, bent, samples, rate_hz, in_bells=bool(found.uneven[0])):
+        if refused := _why_not(arm, bent, samples, rate_hz, found):
             raise refused
     return Finished(samples, scale)
 
 
 def _why_not(
-    arm: ArmDescription, bent: FloatArray, samples: FloatArray, rate_hz: float, *, in_bells: bool
+    arm: ArmDescription, bent: FloatArray, samples: FloatArray, rate_hz: float, found: Tried
 ) -> RefusedMotionError | None:
     """Say in the driver's own words what is against a motion; None where that is by rounding."""
     if outside := leaves_range(arm.chain, bent):
         return outside
+    kind, frame, item, value = (part[0] for part in found.verdicts)
+    if kind == CONTACT:
+        kept = Clearances.of(arm, start=samples[0])
+        return kept.error(int(item), float(value), int(frame), float(frame) / rate_hz)
     positions = arm.chain.positions(samples)
     try:
-        if not in_bells:  # and else nothing
+        if not found.uneven[0]:  # but that there is nothing
             check_trajectory(trajectory_of(arm, samples, positions, rate_hz, "the reach"), arm)
     except RefusedMotionError as refused:
         return refused

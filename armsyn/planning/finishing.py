@@ -23,6 +23,7 @@ from armsyn.planning.end_posture import end_posture, fulfilled
 from armsyn.planning.ending import EASE
 from armsyn.planning.evening import EVENINGS, WHOLLY, Evening, evened, nearer
 from armsyn.planning.evenness import UnevenError
+from armsyn.planning.generation.pacing import thinned, thinning
 from armsyn.planning.planned import PlannedReach, trajectory_of
 from armsyn.planning.posing import HandTask
 from armsyn.planning.postures import tips
@@ -191,8 +192,10 @@ def reach_of(
     arm : ArmDescription
     task : HandTask
     done : Finished
+        Sampled so many times as often (`armsyn.planning.generation.pacing.thinning`), that the
+        limits hold between frames, too.
     rate_hz : float
-        That `done` was sampled at.
+        Of the trajectory.
     plan, duration_s, outside_m, **how
         As in `PlannedReach`.
     source : str
@@ -202,12 +205,13 @@ def reach_of(
     -------
     PlannedReach
     """
-    positions = arm.chain.positions(done.angles)
+    angles = thinned(done.angles, thinning(rate_hz))
+    positions = arm.chain.positions(angles)
     distance, angle = math.dist(task.goal, positions[-1, -1]), 0.0
     if task.orientation is not None:
-        _, angle = task.errors(arm.chain, done.angles[-1])
+        _, angle = task.errors(arm.chain, angles[-1])
     return PlannedReach(
-        trajectory_of(arm, done.angles, positions, rate_hz, source),
+        trajectory_of(arm, angles, positions, rate_hz, source),
         task.goal,
         plan,
         done.time_scale,

@@ -18,6 +18,7 @@ from armsyn.planning.checking import (
 from armsyn.planning.end_posture import fulfilled
 from armsyn.planning.examples import PHASES
 from armsyn.planning.finishing import finished, reach_of
+from armsyn.planning.generation.pacing import thinning
 from armsyn.planning.nearest import NearestReaches
 from armsyn.planning.planned import PlannedReach
 from armsyn.planning.posing import HandOrientation, HandTask
@@ -79,7 +80,7 @@ class MotionPlanner:
         distance, angle = task.errors(arm.chain, start)
         if distance <= THERE_M and fulfilled(task, distance, angle):
             angles = np.repeat(start[None], PHASES, axis=0)
-        done = finished(arm, angles, duration, task, rate_hz)
+        done = finished(arm, angles, duration, task, thinning(rate_hz) * rate_hz)
         return reach_of(
             arm,
             task,

@@ -101,17 +101,22 @@ def trajectory_of(
     -------
     Motion
     """
-    held = int(np.ceil(SETTLE_S * rate_hz))
-    angles = np.concatenate([angles, np.repeat(angles[-1:], held, axis=0)])
-    places = positions[:, list(arm.landmark_frames)]
+    frames = len(angles) + int(np.ceil(SETTLE_S * rate_hz))
     return Motion(
-        time=np.arange(angles.shape[0]) / rate_hz,
+        time=np.arange(frames) / rate_hz,
         joint_names=arm.joint_names,
-        angles=angles,
+        angles=_held(angles, frames),
         landmark_names=tuple(arm.landmarks),
-        landmarks=np.concatenate([places, np.repeat(places[-1:], held, axis=0)]),
+        landmarks=_held(positions.take(arm.landmark_frames, axis=1), frames),
         source=source,
     )
+
+
+def _held(values: FloatArray, frames: int) -> FloatArray:
+    """Values, shape (fewer frames, ...), with the last again and again to the end."""
+    held = np.empty((frames, *values.shape[1:]))
+    held[: len(values)], held[len(values) :] = values, values[-1]
+    return held
 
 
 def concatenated(first: Motion, second: Motion) -> Motion:

@@ -16,7 +16,8 @@ from armsyn.planning.nearest import NearestReaches
 from armsyn.planning.planned import PlannedReach
 from armsyn.planning.posing import HandOrientation
 from armsyn.planning.prediction import Predictor
-from armsyn.planning.synergy_planner import SynergyPlanner, raw_library
+from armsyn.planning.raw_library import raw_library
+from armsyn.planning.synergy_planner import SynergyPlanner
 from armsyn.synergy import load_library
 
 SYNERGY = "synergy"

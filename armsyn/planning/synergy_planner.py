@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import InputError, RefusedMotionError, UnreachableError
+from armsyn.kernels import pacing
 from armsyn.planning.allowed import Finished
 from armsyn.planning.checking import (
     PLANNING_RATE_HZ,
@@ -29,14 +30,14 @@ from armsyn.planning.checking import (
 from armsyn.planning.evenness import uneven_speed
 from armsyn.planning.examples import PHASES
 from armsyn.planning.finishing import finished, reach_of
+from armsyn.planning.generation.pacing import thinning
 from armsyn.planning.nearest import NearestReaches
 from armsyn.planning.planned import PlannedReach
 from armsyn.planning.posing import HandOrientation, HandTask
-from armsyn.planning.timing import MOST_SCALINGS, Rates, too_fast
+from armsyn.planning.timing import MOST_SCALINGS, Rates, too_fast, too_long
 from armsyn.safety import check_collision
 from armsyn.synergy import LearnedReach, SynergyLibrary, SynergySet
-from armsyn.synergy.controller import ARM_RATES, LIMIT_RATE, RAMP_S, Controller, RollOut
-from armsyn.synergy.library import PROFILE_SAMPLES
+from armsyn.synergy.controller import LIMIT_RATE, RAMP_S, Controller, RollOut
 
 FloatArray = NDArray[np.float64]
 
@@ -45,9 +46,6 @@ ARRIVED_M = 0.5 * TOLERANCE_M
 
 LONGEST_S = 8.0
 """Longest reach before slowing; what takes longer to arrive does not arrive."""
-
-RAW_PACE = 0.16
-"""Gain of S_A for an arm that has learned nothing: the median of what the others learned."""
 
 _AT_LIMIT_RAD = 0.01
 
@@ -105,11 +103,12 @@ class SynergyPlanner:
         """
         start = checked_start(self.arm, posture)
         task, rate_hz = HandTask(checked_target(target), orientation), checked_rate(rate_hz)
+        fine_hz = thinning(rate_hz) * rate_hz
         first: _Arrived | None = None
         missed: RollOut | None = None
         hand = self.arm.chain.positions(start[None])[0, -1]
         for rank, (learned, synergy) in enumerate(self.captured.of(hand, task.goal)):
-            rolled = self._roll(start, task.goal, synergy, rate_hz, 1.0)
+            rolled = self._roll(start, task.goal, synergy, fine_hz, 1.0)
             if not rolled.arrived:
                 missed = rolled if missed is None or rolled.distance < missed.distance else missed
                 continue
@@ -119,13 +118,13 @@ class SynergyPlanner:
                 break
             with suppress(RefusedMotionError):  # the next may serve; if none does, the first tells
                 return self._planned(
-                    task, arrived, self._as_played(arrived, task, rate_hz), rate_hz
+                    task, arrived, self._as_played(arrived, task, fine_hz), rate_hz
                 )
         if first is None:
             assert missed is not None  # noqa: S101 - there is a candidate
             raise self._why_not(start, task.goal, missed)
         duration = float(first.rolled.time[-1])
-        done = finished(self.arm, _over_phase(first.rolled.angles), duration, task, rate_hz)
+        done = finished(self.arm, _over_phase(first.rolled.angles), duration, task, fine_hz)
         return self._planned(task, first, done, rate_hz)
 
     @property
@@ -167,6 +166,8 @@ class SynergyPlanner:
             if excess[worst] <= 1.0:
                 break
             scale *= max(float(excess[worst]), 1.01)
+            if rolled.time[-1] * scale > pacing.LONGEST_S:
+                raise too_long(self.arm, worst, float(rolled.time[-1]) * scale)
             rolled = self._roll(start, task.goal, arrived.synergy, rate_hz, scale)
         else:
             raise too_fast(self.arm, worst, float(excess[worst]), scale)
@@ -209,45 +210,6 @@ class SynergyPlanner:
             " another target",
             missed.distance,
         )
-
-
-def raw_library(arm: ArmDescription, ik: str) -> SynergyLibrary:
-    """Return what the raw controller (S_A) needs, for an arm that has learned nothing.
-
-    Parameters
-    ----------
-    arm : ArmDescription
-    ik : {"svd", "jt", "njt", "dls"}
-
-    Returns
-    -------
-    SynergyLibrary
-        One set, of `RAW_PACE`, that comes from no capture.
-    """
-    still = LearnedReach(
-        name="",
-        kind="reach",
-        source="",
-        start_m=(0.0, 0.0, 0.0),
-        target_m=(0.0, 0.0, 0.0),
-        duration_s=0.0,
-        start_residual_m=0.0,
-        speed_profile=(0.0,) * PROFILE_SAMPLES,
-        sets=(SynergySet(ik, "A", (RAW_PACE,), 0.0, 0.0),),
-    )
-    return SynergyLibrary(
-        schema="armsyn-synergies-1",
-        arm=arm.name,
-        joint_names=arm.joint_names,
-        captures="",
-        inputs_sha256="",
-        seed=0,
-        rate_hz=PLANNING_RATE_HZ,
-        lambdas=ARM_RATES,
-        stable_gains=True,
-        complete=True,
-        reaches=(still,),
-    )
 
 
 class _Arrived(NamedTuple):

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import LimitError
+from armsyn.kernels.pacing import LONGEST_S
 
 FloatArray = NDArray[np.float64]
 
@@ -117,14 +118,17 @@ def in_time(angles: FloatArray, duration: float, arm: ArmDescription, rate_hz: f
     Raises
     ------
     LimitError
-        However slow, a joint's speed, acceleration or jerk would not hold; by name.
+        A joint's speed, acceleration or jerk would not hold however slow, or only over an hour.
     """
     path, scale = PhasePath(angles), 1.0
     start, end = path.ramps()
     duration = max(duration, _SHORTEST_S)
-    limits = Rates.of(arm)
+    limits, worst = Rates.of(arm), 0
     for _ in range(MOST_SCALINGS):
-        frames = int(np.ceil((1.0 + 0.5 * (start + end)) * duration * scale * rate_hz)) + 1
+        time = (1.0 + 0.5 * (start + end)) * duration * scale
+        if not time < LONGEST_S:
+            raise too_long(arm, worst, time)
+        frames = int(np.ceil(time * rate_hz)) + 1
         sampled = path.at(phases(frames, start, end))
         excess = limits.excess(sampled, rate_hz)
         worst = int(excess.argmax())
@@ -210,6 +214,18 @@ def too_fast(arm: ArmDescription, joint: int, excess: float, scale: float) -> Li
         name,
         excess,
         1.0,
+    )
+
+
+def too_long(arm: ArmDescription, joint: int, time: float) -> LimitError:
+    """Return the refusal of a motion that would take hours for a joint to keep its limits."""
+    name = arm.joint_names[joint]
+    return LimitError(
+        f"the reach would take {time:.0f} s, more than an hour, for {name} to keep its limits of"
+        " speed, acceleration and jerk: allow it more, or choose another target",
+        name,
+        time,
+        LONGEST_S,
     )
 
 

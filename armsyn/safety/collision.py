@@ -113,11 +113,27 @@ class Clearances:
         slack = found[0] - self.required
         if (slack >= 0.0).all():
             return None
-        return self._error(found, int(np.argmin(slack)), 0, "")
+        pair = int(np.argmin(slack))
+        return self.error(pair, float(found[0, pair]), 0)
 
-    def _error(self, found: FloatArray, pair: int, frame: int, when: str) -> CollisionError:
+    def error(
+        self, pair: int, nearest: float, frame: int, time_s: float | None = None
+    ) -> CollisionError:
+        """Return the refusal of a path by what is too near.
+
+        Parameters
+        ----------
+        pair : int
+            Of `armsyn.arm.solids.Solids.names`.
+        nearest : float
+            Least clearance from there on, m.
+        frame : int
+            At or before which the path gets too near.
+        time_s : float, optional
+            When, for the message.
+        """
         first, second = self.solids.names[pair]
-        nearest = float(found[:, pair].min())
+        when = "" if time_s is None else f" from {time_s:.3f} s"
         what = (
             f"would be {-nearest:.4f} m inside {second}"
             if nearest < 0.0
@@ -179,8 +195,9 @@ def check_collision(
     here = path[before] + (frame - before) * (path[row] - path[before])
     exact = clearances.solids.clearances(np.ascontiguousarray(here[None]))
     pair = int(np.argmin(exact[0] - clearances.required))
-    when = "" if time is None else f" from {float(np.interp(frame, range(len(path)), time)):.3f} s"
-    return clearances._error(np.vstack([found[before:], exact]), pair, before, when)
+    when = None if time is None else float(np.interp(frame, range(len(path)), time))
+    nearest = float(min(found[before:, pair].min(), exact[0, pair]))
+    return clearances.error(pair, nearest, before, when)
 
 
 def closest(angles: ArrayLike, arm: ArmDescription) -> Closest | None:

@@ -9,12 +9,14 @@ import pytest
 from armsyn.arm import load_arm
 from armsyn.arm.shapes import BoxDescription
 from armsyn.errors import CollisionError
+from armsyn.motion import Motion
 from armsyn.planning.allowed import checked
 from armsyn.planning.ending import EASE
 from armsyn.planning.evening import WHOLLY, evened
 from armsyn.planning.evenness import UnevenError
 from armsyn.planning.finishing import finished
 from armsyn.planning.posing import HandTask
+from armsyn.safety import check_trajectory
 
 PHASE = np.linspace(0.0, 1.0, 101)
 END = np.array([-0.642, 0.752, 0.972, 1.339, -0.453, 1.073, -0.196])
@@ -42,3 +44,22 @@ def test_what_stands_in_the_way_of_a_bell_is_named() -> None:
     ) as told:
         finished(with_box, bowed, 1.0, task, 200.0)
     assert told.value.second in ("box", "other box")
+
+
+def test_a_contact_is_told_as_the_driver_tells_it() -> None:
+    """The hand goes through a box: found by the compiled judge, and by `check_trajectory`."""
+    arm = load_arm("human7", calibrated=False)
+    motion = arm.rest + EASE[:, None] * (END - arm.rest)
+    middle = arm.chain.forward(motion[50]).tip
+    free = checked(arm, motion, 1.0, 200.0).angles
+    with_box = msgspec.structs.replace(
+        arm, box=(BoxDescription("box", tuple(middle.tolist()), (0.03, 0.03, 0.03)),)
+    )
+    with pytest.raises(CollisionError) as told:
+        checked(with_box, motion, 1.0, 200.0)
+    with pytest.raises(CollisionError) as wanted:
+        check_trajectory(Motion(np.arange(len(free)) / 200.0, arm.joint_names, free), with_box)
+    mine, drivers = told.value, wanted.value
+    assert (mine.first, mine.second, mine.frame) == (drivers.first, drivers.second, drivers.frame)
+    assert mine.depth == pytest.approx(drivers.depth, abs=1e-9)
+    assert str(mine).split(" from ")[0] == str(drivers).split(" from ")[0]

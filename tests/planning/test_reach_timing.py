@@ -5,6 +5,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from armsyn.arm import ArmDescription, load_arm
+from armsyn.errors import LimitError
+from armsyn.planning import planner_for
+from armsyn.planning.generation import pace
 from armsyn.planning.timing import CUT_TIME, PhasePath, in_time, phases
 
 PHASE = np.linspace(0.0, 1.0, 101)
@@ -79,6 +82,18 @@ def test_it_is_slowed_until_the_limits_hold_and_no_more(
     assert used <= 1.0
     assert timed.time_scale == 1.0 or used > 0.9
     assert timed.time_scale >= 1.0
+
+
+def test_what_would_take_hours_is_refused_before_it_is_sampled(arm: ArmDescription) -> None:
+    """A reach of a second, slowed 10,000 times."""
+    slow = arm.slowed(1e4)
+    with pytest.raises(LimitError, match="more than an hour, for") as told:
+        in_time(cut_reach(arm), 1.0, slow, RATE)
+    assert 3600.0 < told.value.value < 1e5
+    assert pace(slow, cut_reach(arm)[None], np.ones(1), RATE).lengths.tolist() == [0]
+    for plan in ("minjerk", "synergy"):
+        with pytest.raises(LimitError, match="more than an hour, for"):
+            planner_for(slow, plan).plan(slow.rest, [0.35, -0.1, -0.15])
 
 
 def test_slowing_leaves_angles_over_phase(arm: ArmDescription) -> None:
