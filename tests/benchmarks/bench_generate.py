@@ -12,6 +12,7 @@ hand's speed; where it does not pass it is tried otherwise, as `armsyn reach --p
 from __future__ import annotations
 
 import concurrent.futures
+import dataclasses
 import json
 import multiprocessing
 import os
@@ -41,7 +42,7 @@ from armsyn.planning.generation.cluster import connected, each_on_cluster
 from armsyn.planning.generation.memory import keep_memory
 from armsyn.planning.generation.order import Order, sent_order
 from armsyn.planning.generation.running import digest_of, generate
-from armsyn.planning.generation.targets import RandomTargets, random_within
+from armsyn.planning.generation.targets import ListedTargets, RandomTargets, random_within
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor
 from armsyn.planning.planner import ATLAS
 from armsyn.planning.prediction import Predictor
@@ -51,6 +52,7 @@ GOAL = 20_000.0
 """Checked reaches a second on two cores."""
 
 BATCH, ROUNDS = 1000, 6
+ANYWHERE = 300
 STEPS, LANES = 100, 1000
 BOX = ([0.2, -0.3, -0.3], [0.4, 0.1, 0.05])
 """m; all of it within reach: what cannot be reached is looked for long before it is refused."""
@@ -81,10 +83,10 @@ def recipes(arm: ArmDescription) -> Iterator[tuple[str, Recipe]]:
         yield kind, by(atlas.predictor(kind))
 
 
-def timed(call: Callable[[], object]) -> float:
+def timed(call: Callable[[], object], rounds: int = ROUNDS) -> float:
     """Seconds of this thread that a call takes: the least of a few."""
     best = np.inf
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         began = time.thread_time()
         call()
         best = min(best, time.thread_time() - began)
@@ -92,7 +94,11 @@ def timed(call: Callable[[], object]) -> float:
 
 
 def parts(recipe: Recipe) -> dict[str, float]:
-    """Seconds a reach of each part of the work, on one core."""
+    """Seconds a reach of each part of the work, on one core, and of all of it.
+
+    Parts are timed by themselves, of reaches as they are predicted: what is left of all is ranges,
+    joining, and the trying otherwise of reaches that do not pass.
+    """
     targets, *_ = recipe.targets.some(0, BATCH)
     starts = np.tile(recipe.start, (BATCH, 1))
     predicted = recipe.predictor.predict(starts, targets)
@@ -106,7 +112,22 @@ def parts(recipe: Recipe) -> dict[str, float]:
         "bells": lambda: uneven_reaches(chain, paced),
         "all": lambda: make_batch(recipe, 0, BATCH),
     }
-    return {name: timed(call) / BATCH for name, call in calls.items()}
+    spent = {name: timed(call) / BATCH for name, call in calls.items()}
+    return spent | {"what is left": 2.0 * spent["all"] - sum(spent.values())}
+
+
+def from_anywhere(recipe: Recipe) -> str:
+    """Say how reaches from random postures fare, most of which people do not start from."""
+    chain, rng = recipe.arm.chain, np.random.default_rng(0)
+    targets = np.array(recipe.targets.some(0, ANYWHERE)[0])
+    starts = rng.uniform(chain.lower, chain.upper, (ANYWHERE, chain.dof))
+    listed = dataclasses.replace(recipe, targets=ListedTargets(targets, starts))
+    batch = make_batch(listed, 0, ANYWHERE)
+    rate = CORES * ANYWHERE / timed(lambda: make_batch(listed, 0, ANYWHERE), 2)
+    return (
+        f"from random postures {rate:,.0f} a second by the cores' own time,"
+        f" {len(batch.index) / ANYWHERE:.1%} made, {len(batch.changed) / ANYWHERE:.1%} changed"
+    )
 
 
 def play(recipe: Recipe, first: int, batches: int) -> float:
@@ -268,7 +289,8 @@ def main() -> int:
             f" {CORES / spent['all']:,.0f} by the cores' own time;"
             f" {len(batch.index) / BATCH:.1%} made, {len(batch.changed) / BATCH:.1%} changed,"
             f" {batch.paced.lengths.mean():.0f} frames each,"
-            f" slowed {batch.paced.scales.mean():.2f} times\n{'':8}us a reach on one core: {said}"
+            f" slowed {batch.paced.scales.mean():.2f} times\n{'':8}us a reach on one core: {said}\n"
+            f"{'':8}{from_anywhere(recipe)}"
         )
         best, chosen = max(best, rate), recipe
     memory_rows(most)
