@@ -47,7 +47,8 @@ def recipe_of(options: dict[str, Any]) -> tuple[Recipe, dict[str, Any]]:
     """
     from armsyn.arm import load_arm
     from armsyn.cli.moving import check_slower
-    from armsyn.cli.orientation_options import orientation_of
+    from armsyn.cli.orientation_options import asked as said_of
+    from armsyn.cli.orientation_options import orientation_of, tolerance_of
     from armsyn.planning.generation.batch import Recipe
 
     check_slower(options["slower"])
@@ -69,12 +70,10 @@ def recipe_of(options: dict[str, Any]) -> tuple[Recipe, dict[str, Any]]:
         learned.variability,
         orientation,
     )
-    turned = {name: options[name] for name in ("pointing", "orientation") if options[name]}
-    if (tolerance := options["orientation_tolerance"]) is not None:
-        turned["orientation_tolerance_deg"] = tolerance
     inputs = {
         **{"arm": arm.name, "unit": options["unit"], "description_sha256": _hash_of(arm)},
-        **{"slower": options["slower"], **learned.said, **asked, **turned},
+        **{"slower": options["slower"], **learned.said, **asked},
+        **{"orientation": said_of(orientation), "orientation_tolerance_rad": tolerance_of(options)},
         **{"start": start.tolist(), "rate_hz": options["rate"]},
         **{"repeats": options["repeats"], "variability": options["variability"]},
         **{"seed": options["seed"], "chunk": options["chunk"]},

@@ -121,7 +121,8 @@ def test_hands_are_turned_as_options_or_columns_say(call: Call, tmp_path: Path) 
     assert {**one[0], "file": ""} == {**listed[0], "file": ""}
     assert all(0.0 <= float(row["orientation_error_rad"]) <= np.radians(5.0) for row in listed)
     manifest = json.loads((tmp_path / "one" / "manifest.json").read_text())
-    assert manifest["inputs"]["pointing"] == [0.5, 0.5, -1.0]
+    direction = np.array([0.5, 0.5, -1.0]) / np.sqrt(1.5)
+    np.testing.assert_allclose(manifest["inputs"]["orientation"]["pointing"], direction)
 
 
 def test_reaches_start_where_they_are_told_to(call: Call, tmp_path: Path) -> None:
