@@ -58,7 +58,9 @@ _HOW = (
     " the figures of the other rows: of latent motions, of `latent, chosen`, whose kernels are"
     " chosen in every fold from the fold's own targets. Its damping of 1 and its bounds are fixed"
     " over all folds, not chosen in them; so is the ridge of synergies and joined."
-    " Rows are scored as predicted; what an arm would get of it, evened or bent by the planner, is"
+    " So is how deviations from minimum jerk are carried over and evened: steps and powers are few"
+    " and were set with garza's ways back and these reaches in view. Rows but `latent, chosen` are"
+    " scored as predicted, before a planner evens them; what an arm would get, bent and evened, is"
     " the table `as driven`."
 )
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from armsyn.experiments.anytarget_rows import Row
 from armsyn.experiments.anytarget_run import TITLES, Outcome
 from armsyn.experiments.anytarget_verdict import best_of, differences, over_floor
 from armsyn.experiments.pictures import figure, save
@@ -60,15 +61,24 @@ def _draw_distances(axes: Any, outcomes: Mapping[str, Outcome]) -> None:
     ordered = sorted(outcomes.values(), key=lambda one: _height(one, outcomes), reverse=True)
     for place, outcome in enumerate(ordered):
         colour = _COLOURS[outcome.row.kind]
-        axes.barh(place, _height(outcome, outcomes), color=colour, edgecolor="black", height=0.7)
+        hatch = "//" if outcome.row.tuned else None
+        length = _height(outcome, outcomes)
+        axes.barh(place, length, color=colour, edgecolor="black", height=0.7, hatch=hatch)
         for subject, held in outcome.by_subject("held").items():
             shown = held * 100 if floors is None else held / floors[subject]
             axes.plot(shown, place, ".", color="black", markersize=4)
-    axes.set_yticks(range(len(ordered)), [one.row.title for one in ordered], fontsize=8)
+    axes.set_yticks(range(len(ordered)), [_label(one.row) for one in ordered], fontsize=8)
     axes.set_xlabel("held distance, cm" if floors is None else "held distance / human floor")
     if floors is not None:
         axes.axvline(1.0, color="black", linestyle=":")
-    axes.set_title(f"{first.people.title}: {TITLES[first.protocol]}", fontsize=10)
+    title = f"{first.people.title}: {TITLES[first.protocol]}"
+    if any(one.row.tuned for one in ordered):
+        title += "\n* hatched: constants set with reaches of HuG-MP in view"
+    axes.set_title(title, fontsize=10)
+
+
+def _label(row: Row) -> str:
+    return f"{row.title} *" if row.tuned else row.title
 
 
 def _height(outcome: Outcome, outcomes: Mapping[str, Outcome]) -> float:
@@ -85,6 +95,6 @@ def _draw_differences(axes: Any, outcomes: Mapping[str, Outcome], seed: int) -> 
         span = [[mean - low], [high - mean]]
         axes.errorbar(mean, place, xerr=span, fmt="o", color="black", mfc=colour, capsize=3)
     axes.axvline(0.0, color="black", linestyle=":")
-    axes.set_yticks(range(len(found)), [outcomes[key].row.title for key, _ in found], fontsize=8)
+    axes.set_yticks(range(len(found)), [_label(outcomes[key].row) for key, _ in found], fontsize=8)
     axes.set_xlabel("cm farther from the captured reach (95 %)")
     axes.set_title(f"than: {best.row.title}", fontsize=10)

@@ -90,7 +90,7 @@ def bells_and_ends(best: Outcome, one_peak: float) -> str:
     return (
         f"{best.row.title}: a bell with one peak {_holds(bells)}, as in {one_peak:.1%} of the"
         f" captured ones; ends within 1 mm of its target {_holds(ends)}, as the captured ones do by"
-        " definition: a target is where one ended. As predicted, before a planner evens it."
+        " definition: a target is where one ended."
     )
 
 

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from armsyn.arm import load_arm
 from armsyn.experiments import anytarget
+from armsyn.experiments.anytarget_bells import in_bells
 from armsyn.experiments.anytarget_bootstrap import interval, target_differences
 from armsyn.experiments.anytarget_people import People, folds, load_garza, load_hug_mp
 from armsyn.experiments.anytarget_rows import ROWS, Row
@@ -18,6 +20,8 @@ from armsyn.experiments.anytarget_verdict import bells_and_ends, best_of, over_f
 from armsyn.experiments.settings import Settings
 from armsyn.experiments.tables import write
 from armsyn.motion.captures import load_captures
+from armsyn.motion.filtering import hand_speed
+from armsyn.motion.peaks import count_peaks
 from armsyn.motion.resample import interpolate
 from armsyn.scoring.floor import human_floor
 from armsyn.scoring.measures import profile_measures
@@ -52,6 +56,22 @@ def test_a_target_left_out_is_learned_from_the_persons_other_targets(people: Peo
         taught = {examples.places[row] for row in fold.train}
         assert len(taught) == 6
         assert place not in taught
+
+
+def test_hands_that_hesitate_are_evened_and_bells_stay() -> None:
+    arm, s = load_arm("human7", calibrated=False), np.linspace(0.0, 1.0, 101)[:, None]
+    way = np.array([-0.642, 0.752, 0.972, 1.339, -0.453, 1.073, -0.196]) - arm.rest
+    bell = arm.rest + (10 * s**3 - 15 * s**4 + 6 * s**5) * way
+    both = np.array([bell, bell + 0.025 * way * np.sin(6 * np.pi * s)])
+    found = in_bells(arm.chain, both, np.array([1.2, 1.2]))
+    np.testing.assert_array_equal(found[0], both[0])
+    peaks = []
+    for motion in (*both, found[1]):
+        profile = hand_speed(1.2 * s[:, 0], arm.chain.positions(motion)[:, -1], rate=100.0)
+        peaks.append(count_peaks(profile.speed, profile.rate))
+    assert peaks[0] == 1
+    assert peaks[1] > 1
+    assert peaks[2] == 1
 
 
 def test_a_person_left_out_is_learned_from_all_others(people: People) -> None:
@@ -268,6 +288,27 @@ def written(people: People, tmp_path_factory: pytest.TempPathFactory) -> list[Pa
         settings = Settings("small", 3, workers)
         write(anytarget.run(settings, folders[-1], silent, groups, few), folders[-1])
     return folders
+
+
+@pytest.fixture(scope="module")
+def by_all_rows(captures: Path) -> list[dict[str, Outcome]]:
+    """What all rows predict, in one process and in two."""
+    del captures
+    few = [Group(load_hug_mp(("S01", "S02"), at_most=2), "target")]
+    there = [row for row in ROWS if row.missing() is None]
+    return [predict_all(few, there, workers, silent)[0] for workers in (1, 2)]
+
+
+@pytest.mark.timeout(900)
+def test_every_row_predicts_the_same_bytes_for_any_number_of_workers(
+    by_all_rows: list[dict[str, Outcome]],
+) -> None:
+    one, two = by_all_rows
+    there = [row.key for row in ROWS if row.missing() is None and row.lessons != "repeats"]
+    assert list(one) == list(two) == there
+    for key, outcome in one.items():
+        assert outcome.scores.tobytes() == two[key].scores.tobytes()
+        np.testing.assert_allclose(outcome.angles, two[key].angles, rtol=0.0, atol=1e-9)
 
 
 def test_the_report_is_the_same_bytes_for_any_number_of_workers(written: list[Path]) -> None:
