@@ -182,7 +182,9 @@ def make_batch(recipe: Recipe, first: int, last: int) -> Batch:
     found = follow(arm, angles, durations, targets, step * recipe.rate_hz, turned)
     refused = {**found.refused, **barred, **_not_finite(finite)}
     rows = np.array([row for row in range(last - first) if row not in refused], dtype=np.intp)
-    paths = [None if path is None else thinned(path, step) for path in found.paths]
+    paths = found.paths
+    if step > 1:
+        paths = [None if path is None else thinned(path, step) for path in paths]
     paced = joined(paths, found.scales, rows, recipe.rate_hz, arm.chain.dof)
     return Batch(
         index[rows],
