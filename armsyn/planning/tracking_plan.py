@@ -24,7 +24,7 @@ from armsyn.kernels.law import HAND, JOINTS, RAMP, Law
 from armsyn.kernels.ticking import tick
 from armsyn.planning.checking import checked_target, out_of_reach, where
 from armsyn.planning.end_posture import end_posture, fulfilled
-from armsyn.planning.posing import HandOrientation, HandTask
+from armsyn.planning.posing import HandOrientation, HandTask, Pointing
 from armsyn.planning.tracking_begin import STEP_S, LawMaker
 from armsyn.planning.tracking_candidates import candidates
 from armsyn.planning.tracking_sources import Source
@@ -96,8 +96,9 @@ class LawPlanner:
         state = at_rest(rest)
         state[VELOCITY] = 1e-6
         hand = self.arm.chain.forward(rest).tip
-        with contextlib.suppress(RefusedMotionError):
-            self.plan(state, hand)
+        for orientation in (None, Pointing((1.0, 0.0, 0.0))):
+            with contextlib.suppress(RefusedMotionError):
+                self.plan(state, hand, orientation=orientation)
         out_of_reach(self.arm, rest, hand)
         law, known = (
             Law(np.ones(HAND), np.zeros((JOINTS, rest.size))),

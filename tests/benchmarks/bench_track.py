@@ -19,14 +19,16 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from armsyn.arm import ArmDescription, load_arm
+from armsyn.arm import ArmDescription, find_file, load_arm
 from armsyn.driver import ArmSession, still_posture
 from armsyn.driver.joints import JointState
 from armsyn.driver.path import BLEND
 from armsyn.errors import ArmFaultError, RefusedMotionError
+from armsyn.planning.planner import SYNERGIES
 from armsyn.planning.tracking import ReachTracker
 from armsyn.planning.tracking_plan import LawPlanner
 from armsyn.planning.tracking_sources import sources_of
+from armsyn.synergy import load_library
 from firmware_sim.testing import running
 
 ARMS = ("human7", "widowx_250s", "openmanipulator_x")
@@ -46,7 +48,8 @@ def reachable(planner: LawPlanner, count: int) -> list[np.ndarray]:
     """Targets that are planned to from rest without refusal: where learned reaches go, shifted."""
     rng, found = np.random.default_rng(0), list[np.ndarray]()
     tracker = ReachTracker(planner, planner.arm.rest)
-    learned = [np.array(reach.target_m) for reach in planner.library.reaches]
+    library = load_library(find_file(planner.arm.name, SYNERGIES, None))
+    learned = [np.array(reach.target_m) for reach in library.reaches]
     while len(found) < count:
         target = learned[rng.integers(len(learned))] + rng.uniform(-0.02, 0.02, 3)
         try:
