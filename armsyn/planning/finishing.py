@@ -32,6 +32,9 @@ from armsyn.safety import Clearances
 
 FloatArray = NDArray[np.float64]
 
+TOGETHER = 2
+"""Evenings that are tried at once: one more costs half as much as one alone."""
+
 
 def finished(
     arm: ArmDescription, angles: FloatArray, duration: float, task: HandTask, rate_hz: float
@@ -86,14 +89,15 @@ def _first_allowed(
     arm: ArmDescription, ways: Sequence[_Way], found: Tried, duration: float, rate_hz: float
 ) -> Finished | None:
     """Return the first of some ways that an arm may follow; bent, where it has to be."""
-    for row, (angles, swivel_m, share) in enumerate(ways):
+    for row, way in enumerate(ways):
+        done = None
         if found.allowed[row]:
-            scale = float(found.paced.scales[row])
-            return Finished(found.paced.path(row), scale, swivel_m, share)
-        if found.beyond[row] or found.swung[row]:
+            done = Finished(found.paced.path(row), float(found.paced.scales[row]))
+        elif found.beyond[row] or found.swung[row]:
             with suppress(RefusedMotionError):
-                done = checked(arm, angles, duration, rate_hz)
-                return done._replace(swivel_m=swivel_m, evened=share)
+                done = checked(arm, way.angles, duration, rate_hz)
+        if done:
+            return done._replace(swivel_m=way.swivel_m, evened=way.evened)
     return None
 
 
@@ -124,7 +128,13 @@ class _Way(NamedTuple):
 
     angles: FloatArray
     swivel_m: float | None
-    evened: float
+    before: FloatArray
+    how: Evening | None = None
+
+    @property
+    def evened(self) -> float:
+        """How much nearer to minimum jerk than before."""
+        return float(nearer(self.before, self.how)) if self.how else 0.0
 
 
 _Ways = tuple[FloatArray, Iterable[_Way]]
@@ -149,14 +159,12 @@ def _other_ways(
 def _evened_ways(arm: ArmDescription, angles: FloatArray) -> Iterator[_Ways]:
     """Smoothed, a joint that turns at its limit swings past: such a way is none."""
     is_bent = leaves_range(arm.chain, angles) is not None  # as then every other is, too
-    for how in EVENINGS:
-        way = _evened(angles, how, None)
-        if is_bent or leaves_range(arm.chain, way.angles) is None:
-            yield angles[-1], [way]
-
-
-def _evened(angles: FloatArray, how: Evening, swivel_m: float | None) -> _Way:
-    return _Way(evened(angles, how), swivel_m, float(nearer(angles, how)))
+    for first in range(0, len(EVENINGS), TOGETHER):
+        some = EVENINGS[first : first + TOGETHER]
+        ways = [_Way(evened(angles, how), None, angles, how) for how in some]
+        kept = [way for way in ways if is_bent or leaves_range(arm.chain, way.angles) is None]
+        if kept:
+            yield angles[-1], kept
 
 
 def _straight(arm: ArmDescription, angles: FloatArray) -> _Way | None:
@@ -164,13 +172,13 @@ def _straight(arm: ArmDescription, angles: FloatArray) -> _Way | None:
     plain = evened(angles, WHOLLY)
     first, last = tips(arm.chain, plain[[0, -1]])
     kept = keeping_hand(arm.chain, plain, first + EASE[:, None] * (last - first))
-    return None if kept is None else _Way(kept, None, 1.0)
+    return None if kept is None else _Way(kept, None, plain, WHOLLY)
 
 
 def _swivelled(arm: ArmDescription, angles: FloatArray, swivel: Swivel) -> Iterator[_Way]:
     for way in _ways(arm, angles, swivel.posture):
-        yield _Way(way, swivel.moved_m, 0.0)
-    yield _evened(way, WHOLLY, swivel.moved_m)
+        yield _Way(way, swivel.moved_m, way)
+    yield _Way(evened(way, WHOLLY), swivel.moved_m, way, WHOLLY)
 
 
 def reach_of(

@@ -107,3 +107,17 @@ def test_slowing_leaves_angles_over_phase(arm: ArmDescription) -> None:
     phase = np.interp(timed.angles[:, 0], path.at(fine)[:, 0], fine)
     np.testing.assert_allclose(timed.angles, path.at(phase), atol=1e-6)
     np.testing.assert_array_equal(timed.angles[[0, -1]], angles[[0, -1]])
+
+
+@pytest.mark.parametrize(("plan", "ik"), [("minjerk", None), ("synergy", None), ("synergy", "svd")])
+def test_a_reach_of_few_frames_is_a_finer_one_thinned(
+    arm: ArmDescription, plan: str, ik: str | None
+) -> None:
+    """So limits hold between the frames of a plan for 50 Hz, too, as between generate's."""
+    planner = planner_for(arm, plan, ik=ik)
+    fine, few = (planner.plan(arm.rest, [0.35, -0.1, -0.15], rate) for rate in (200.0, 50.0))
+    assert few.time_scale == fine.time_scale
+    assert few.trajectory.rate == pytest.approx(50.0)
+    moving = int(np.flatnonzero((few.angles != few.angles[-1]).any(axis=1))[-1]) + 1
+    np.testing.assert_array_equal(few.angles[:moving], fine.angles[::4][:moving])
+    np.testing.assert_array_equal(few.angles[-1], fine.angles[-1])
