@@ -101,6 +101,7 @@ def generate(**options: Any) -> None:
     With --cluster, workers of dask.distributed (pip install 'armsyn[cluster]') make the chunks:
     they must see --out by the same path.
     """
+    from armsyn.cli.compiling import telling_of_compilation
     from armsyn.cli.generate_inputs import recipe_of
     from armsyn.cli.long_work import StageBars, write_run
     from armsyn.planning.generation.files import TASK, checked_format
@@ -115,7 +116,7 @@ def generate(**options: Any) -> None:
     inputs |= {"format": kind, "task": task, **version()}
     out = options["out"].absolute()
     order = Order(recipe, str(out), kind, options["chunk"], digest_of(inputs), task)
-    with StageBars() as progress:
+    with telling_of_compilation(), StageBars() as progress:
         report = make(
             order,
             inputs,

@@ -89,9 +89,10 @@ def reach(**options: Any) -> None:
     decelerates and, if the way is short and checked, goes to the rest posture; a second Ctrl-C
     holds at once.
     """
+    from armsyn.cli.compiling import telling_of_compilation
     from armsyn.cli.reach_plot import draw_speeds
     from armsyn.cli.reach_report import report
-    from armsyn.cli.reach_run import run, telling_of_compilation, warm_up
+    from armsyn.cli.reach_run import run, warm_up
     from armsyn.driver import check_recording_path, save_recording
     from armsyn.errors import InputError
     from armsyn.planning import planner_for

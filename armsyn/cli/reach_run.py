@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 import numpy as np
-from numba.core.event import Event, Listener, install_listener
 
 from armsyn.cli.moving import with_progress
 from armsyn.cli.stream_report import keep
@@ -26,9 +23,6 @@ if TYPE_CHECKING:
 
 OUTSIDE_M = 1e-3
 """A target that is this far outside what was captured is told to be."""
-
-PATIENCE_S = 2.0
-"""Of less compilation than that nothing is said."""
 
 
 @dataclass(frozen=True)
@@ -62,35 +56,6 @@ class _Plan(NamedTuple):
     back: PlannedReach | None
     trajectory: Motion
     park: Motion | None
-
-
-class _Teller(Listener):
-    """Says once that something is compiled, if that takes long; what is cached is not."""
-
-    def __init__(self) -> None:
-        words = "compiling what plans reaches (once; a minute or two)"
-        self.timer = threading.Timer(PATIENCE_S, click.echo, (words,), {"err": True})
-        self.timer.daemon = True
-
-    def on_start(self, event: Event) -> None:
-        """A compilation begins."""
-        del event
-        if self.timer.ident is None:
-            self.timer.start()
-
-    def on_end(self, event: Event) -> None:
-        """A compilation ends: nothing to be said."""
-
-
-@contextmanager
-def telling_of_compilation() -> Iterator[None]:
-    """Say on standard error that kernels are compiled, when they are and it takes long."""
-    teller = _Teller()
-    with install_listener("numba:compile", teller):
-        try:
-            yield
-        finally:
-            teller.timer.cancel()
 
 
 def warm_up(planner: Planner, orientation: HandOrientation | None, options: dict[str, Any]) -> None:

@@ -3,8 +3,8 @@
 import numba
 import pytest
 
-from armsyn.cli import reach_run
-from armsyn.cli.reach_run import telling_of_compilation
+from armsyn.cli import compiling
+from armsyn.cli.compiling import telling_of_compilation
 from tests.cli.commands import PATIENCE, started
 
 ORDER = """
@@ -34,7 +34,7 @@ def test_it_plans_once_before_it_opens_the_port() -> None:
 def test_only_what_is_compiled_is_told(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(reach_run, "PATIENCE_S", 0.0)
+    monkeypatch.setattr(compiling, "PATIENCE_S", 0.0)
     twice = numba.njit(lambda number: 2 * number)
     for words in ("compiling what plans reaches (once; a minute or two)\n", ""):
         with telling_of_compilation():
