@@ -70,8 +70,10 @@ def finished(
     except RefusedMotionError as error:
         refused = error.with_traceback(None)  # whose frames would keep all this in memory
     required, others = Clearances.of(arm, start=angles[0]), []
-    for end, ways in _other_ways(arm, angles, task, uneven=isinstance(refused, UnevenError)):
-        if required.broken_by(end):  # and so is every way to it
+    uneven = isinstance(refused, UnevenError)
+    for end, ways in _other_ways(arm, angles, task, uneven=uneven):
+        known = uneven and np.array_equal(end, angles[-1])  # to touch nothing
+        if not known and required.broken_by(end):  # and so is every way to it
             others.append(to_end(angles, end))
             continue
         some = list(ways)
