@@ -7,6 +7,7 @@ import pytest
 
 from armsyn.arm import ArmDescription, load_arm
 from armsyn.errors import RefusedMotionError
+from armsyn.kinematics.rotation import from_expmap, from_rpy, to_rpy
 from armsyn.motion import Motion
 from armsyn.planning.atlas import Atlas, atlas_of
 from armsyn.planning.evenness import uneven_speed
@@ -14,7 +15,7 @@ from armsyn.planning.generation.batch import KINDS, Batch, Recipe, make_batch
 from armsyn.planning.generation.targets import ListedTargets, random_within
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor
 from armsyn.planning.motion_planner import MotionPlanner
-from armsyn.planning.posing import Pointing, pointing_axis
+from armsyn.planning.posing import HandOrientation, Pointing, Turned, pointing_axis
 from armsyn.planning.prediction import Predictor
 from armsyn.safety import check_trajectory
 
@@ -99,16 +100,40 @@ def test_what_is_generated_is_what_is_planned(name: str, plan: str) -> None:
     assert all(kind == planned for kind, planned in refusals)
 
 
+def turned_by(rpy: np.ndarray) -> HandOrientation:
+    return Turned(from_rpy(rpy))
+
+
+def turns_near(arm: ArmDescription, ends: np.ndarray, *, whole: bool) -> np.ndarray:
+    """Directions or orientations near those of some hands, most of which can be had."""
+    rng, axis = np.random.default_rng(4), pointing_axis(arm.chain)
+    away = 0.5 * rng.normal(size=(len(ends), 3))
+    hands = [arm.chain.forward(end).orientations[-1] for end in ends]
+    if whole:
+        return np.array(
+            [to_rpy(from_expmap(a) @ hand) for a, hand in zip(away, hands, strict=True)]
+        )
+    return np.array([hand @ axis for hand in hands]) + away
+
+
+def angle_off(arm: ArmDescription, wanted: HandOrientation, hand: np.ndarray) -> float:
+    if isinstance(wanted, Pointing):
+        cosine = hand @ pointing_axis(arm.chain) @ np.asarray(wanted.direction)
+    else:
+        cosine = 0.5 * (np.trace(hand.T @ wanted.wanted) - 1.0)
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+@pytest.mark.parametrize("whole", [False, True])
 @pytest.mark.parametrize("name", ["human7", "widowx_250s"])
-def test_a_hand_that_is_turned_is_as_planned(name: str) -> None:
-    """Directions are asked for that some reaches end near: some can be had, some cannot."""
-    arm, rng = load_arm(name, calibrated=False), np.random.default_rng(4)
+def test_a_hand_that_is_turned_is_as_planned(name: str, whole: bool) -> None:
+    arm = load_arm(name, calibrated=False)
     predictor, _ = learned(arm, "latent")
     hull = predictor.hull  # type: ignore[attr-defined]
     goals = random_within(12, 4, hull).some(0, 12).targets
     ends = predictor.predict(np.tile(arm.rest, (12, 1)), goals).angles[:, -1]
-    hands = [arm.chain.forward(end).orientations[-1] @ pointing_axis(arm.chain) for end in ends]
-    asked = ListedTargets(goals, None, hands + 0.5 * rng.normal(size=(12, 3)), Pointing)
+    turns = turns_near(arm, ends, whole=whole)
+    asked = ListedTargets(goals, None, turns, turned_by if whole else Pointing)
     batch = make_batch(Recipe(arm, predictor, asked, arm.rest, 200.0), 0, 12)
     rows = {index: row for row, index in enumerate(batch.index.tolist())}
     refused, reasons = {refusal.index: refusal.reason for refusal in batch.refused}, {}
@@ -123,8 +148,7 @@ def test_a_hand_that_is_turned_is_as_planned(name: str) -> None:
         path = batch.paced.path(rows[index])
         np.testing.assert_allclose(path, planned.angles[: len(path)], rtol=0.0, atol=2e-4)
         last = arm.chain.forward(path[-1])
-        points = last.orientations[-1] @ pointing_axis(arm.chain)
-        off = np.arccos(np.clip(points @ orientation.direction, -1.0, 1.0))
+        off = angle_off(arm, orientation, last.orientations[-1])
         assert off <= orientation.tolerance
         assert batch.turned[rows[index]] == pytest.approx(off, abs=1e-7)
         assert np.linalg.norm(last.tip - goals[index]) <= 1e-3
