@@ -40,7 +40,7 @@ class Finished(NamedTuple):
         By how much the elbow ends elsewhere, m; None for the motion as predicted.
     evened : float
         How much nearer to minimum jerk of every joint it is than what was predicted, 0 to 1; see
-        `armsyn.planning.evening.nearer`.
+        `armsyn.planning.evening.nearer`. 1, too, where the hand is led straight instead.
     refused : str
         Why the predicted motion was, if it was.
     """

@@ -1,4 +1,4 @@
-"""Motions whose hands speed up twice, made to go in one bell by as little as helps.
+"""Motions whose hands speed up twice, brought nearer to minimum jerk in steps, till one is a bell.
 
 What a motion has beyond minimum jerk of every joint is first smoothed over phase, which keeps where
 people go and takes what makes the hand hesitate; then less and less of it is left. On garza's ways
@@ -40,7 +40,8 @@ EVENINGS = (
     *(Evening(smoothing, 0.0) for smoothing in (0.01, 0.03, 0.09)),
     *(Evening(0.0, share) for share in (0.2, 0.4, 0.6, 0.8, 1.0)),
 )
-"""In the order in which they are tried."""
+"""In the order in which they are tried. The last smoothing may take away more than the first share
+does: it comes before it since what it leaves, the bow, is where people go."""
 WHOLLY = EVENINGS[-1]
 
 

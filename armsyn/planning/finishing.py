@@ -1,8 +1,10 @@
 """Make a predicted motion one that an arm may follow, or say why it may not.
 
 What is predicted is brought to its end, bent into the joints' ranges and slowed. If its hand then
-speeds up more than once, it is evened, as little as helps; if it touches something, or a limit does
-not hold, it is tried again with the elbow elsewhere at its end; and then refused.
+speeds up more than once, it is evened, in steps, by the first that helps; if it touches something,
+or a limit does not hold, it is tried again with the elbow elsewhere at its end. Where the one does
+not help the other is tried, too, and at last a hand that speeds up more than once is led straight.
+What does not pass then is refused.
 """
 
 from __future__ import annotations
@@ -82,7 +84,9 @@ def finished(
         if done := _first_allowed(arm, some, found, duration, rate_hz):
             return done._replace(refused=str(refused))
         others += [
-            way.angles for way, in_bells in zip(some, found.uneven, strict=True) if not in_bells
+            way.angles
+            for way, only_uneven in zip(some, found.uneven, strict=True)
+            if not only_uneven
         ]
     raise _told(arm, refused, others, duration, rate_hz)
 
@@ -110,7 +114,10 @@ def _told(
     duration: float,
     rate_hz: float,
 ) -> RefusedMotionError:
-    """Return what is said where nothing serves: of bells, what is in the way of `others`."""
+    """Return what is said where nothing serves.
+
+    Where the motion as predicted is uneven only, that is what is in the way of `others` first.
+    """
     told = refused
     for angles in others if isinstance(refused, UnevenError) else ():
         try:

@@ -40,7 +40,7 @@ class Followed(NamedTuple):
     scales : array, shape (M,)
         kappa.
     evened : array, shape (M,)
-        Share of minimum jerk, 0 to 1.
+        How much nearer to minimum jerk they are, 0 to 1; as of `armsyn.planning.allowed.Finished`.
     swivels : array, shape (M,)
         m by which the elbow ends elsewhere; 0 for the motion as predicted.
     changed : dict of int to str
@@ -137,7 +137,7 @@ def _follow_evened(
     at_end: BoolArray,
     found: Followed,
 ) -> NDArray[np.intp]:
-    """Follow what may be as predicted, or evened by as little as helps; give the others."""
+    """Follow what may be as predicted, or evened by the first step that helps; give the others."""
     rows, left = np.flatnonzero(at_end), [np.flatnonzero(~at_end)]
     for how in (None, *EVENINGS):
         if not rows.size:
