@@ -2,7 +2,8 @@
 
 ``error_model="numpy"`` drops Python's divide-by-zero exits, which block vectorisation, and
 ``fastmath`` lets sums be reassociated and multiplications and additions fused, but keeps the
-meaning of infinities and NaN (phi_A is a sigmoid with an infinite offset).
+meaning of infinities and NaN (phi_A is a sigmoid with an infinite offset) in comparisons. Not in
+``x - x``, which becomes 0, and ``math.isfinite`` is made of that: kernels ask ``abs(x) < inf``.
 
 A kernel carries the code of the kernels that it calls, but numba compares only the file that it
 stands in with its cache: after a change of ``chain.py`` it would go on running old roll-outs.

@@ -219,7 +219,7 @@ def nearest_clock(
     controller_velocity(plain, ready_hand, ready, room_for(n), seen, q, 0.0, full)
     latest = hand[RAMP]
     for i in range(n):
-        if math.isfinite(joints[OFFSET, i]):
+        if abs(joints[OFFSET, i]) < math.inf:
             latest = max(latest, (joints[OFFSET, i] + _SATURATED) / joints[SLOPE, i])
     best, least = 0.0, np.inf
     for k in range(_CLOCKS):

@@ -66,8 +66,8 @@ def pace_reaches(
         Frames over which a jerk is taken.
     ease : Ease
     frames : array of int, shape (M,)
-        Filled; 0 for a reach that `_MOST_SCALINGS` do not slow enough, or that would take
-        `LONGEST_S`.
+        Filled; 0 for a reach that `_MOST_SCALINGS` do not slow enough, that would take
+        `LONGEST_S`, or that is not finite.
     scales : array, shape (M,)
         Filled: how many times as long each takes, at least 1.
     """
@@ -127,7 +127,10 @@ def hold_within(
     paths: FloatArray,
     swung: BoolArray,
 ) -> None:
-    """Clip paths, shape (all frames, n), to ranges; fill which leave them by more than `swing`."""
+    """Clip paths, shape (all frames, n), to ranges; fill which leave them by more than `swing`.
+
+    What is no number stays so, and is refused as out of range (`judge_reaches`).
+    """
     n, size = paths.shape[1], paths.shape[0]
     ranges, beyond = padded_ranges(lower, upper, 0.0), np.empty(n + WIDTH)
     for m in range(swung.shape[0]):
@@ -139,7 +142,7 @@ def hold_within(
         for frame in range(seen, end):
             for j in range(n):
                 x = paths[frame, j]
-                inside = min(max(x, lower[j]), upper[j])
+                inside = lower[j] if x < lower[j] else (upper[j] if x > upper[j] else x)
                 paths[frame, j] = inside
                 most = max(most, abs(x - inside))
         swung[m] = most > swing
@@ -155,9 +158,10 @@ def fill_beyond(
     final = np.empty(n * WIDTH + WIDTH)  # of the last motion, behind which there is no room
     seen = max(phases - WIDTH, 0)
     for m in range(count):
-        frames = phases if m < count - 1 else seen
+        behind = (count - 1 - m) * phases * n  # a short motion is less than room for others
+        frames = phases if behind >= WIDTH else seen
         beyond[m] = not stays_within(motions, m * phases * n, frames, n, ranges, room)
-        if m == count - 1:
+        if frames < phases:
             lay(motions[m, seen:], final, 0)
             within = stays_within(final, 0, phases - seen, n, ranges, room)
             beyond[m] = beyond[m] or not within

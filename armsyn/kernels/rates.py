@@ -106,7 +106,8 @@ def stays_within(
         low, high, total = load(ranges[0], j), load(ranges[1], j), eight(0.0)
         for frame in range(frames):
             value = load(path, begin + frame * n + j)
-            total = total + magnitude(value - less(high, greater(low, value)))
+            clipped = less(greater(value, low), high)  # no NaN: value - value might be folded to 0
+            total = total + magnitude(value - clipped)
         store(beyond, j, total)
     inside = True
     for j in range(n):

@@ -104,17 +104,20 @@ def ramps_of(slopes: FloatArray, ease: Ease) -> tuple[float, float]:
     """Return the ramps at start and end, as shares of the motion's own time.
 
     They are `ease.longest` where the joints move by `ease.share` of their greatest speed or more,
-    shorter where the motion is nearer to rest.
+    shorter where the motion is nearer to rest; NaN of a motion that is not finite.
     """
-    peak = start = end = 0.0
+    peak = start = end = total = 0.0
     for i in range(slopes.shape[0]):
         square = 0.0
         for j in range(slopes.shape[1]):
             square += slopes[i, j] * slopes[i, j]
         peak = max(peak, square)
+        total += square
         if i == 0:
             start = square
         end = square
+    if not total < math.inf:  # maxima may pass over what is no number
+        return math.nan, math.nan
     if peak == 0.0:
         return 0.0, 0.0
     least = ease.share * math.sqrt(peak)

@@ -43,7 +43,7 @@ def _sense(
         q = state[POSTURE, i]
         lag = min(max(state[TRAILED, i] / state[MOVED, i], LAGS_S[0]), LAGS_S[1])
         behind = q - state[EXPECTED, i]
-        known = fresh[i] and math.isfinite(position[i])
+        known = fresh[i] and abs(position[i]) < math.inf
         if known:
             speed = behind / lag
             state[TRAILED, i] += span * speed * (q - position[i])

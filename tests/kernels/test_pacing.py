@@ -68,3 +68,32 @@ def test_what_leaves_a_range_is_found_in_every_joint_and_frame(n: int, frame: in
             hold_within(lower, upper, 0.1, first, paths, found)
             assert (found == wanted).all()
             np.testing.assert_array_equal(paths, clipped)
+
+
+def test_short_motions_are_looked_at_one_by_one() -> None:
+    """Of one joint and four phases, two motions are less than what is loaded at once."""
+    lower, upper, found = np.full(1, -1.0), np.full(1, 1.0), np.empty(3, dtype=np.bool_)
+    for row in range(3):
+        motions = np.zeros((3, 4, 1))
+        motions[row, 3] = 1.2
+        fill_beyond(lower, upper, 0.1, motions, found)
+        assert (found == (np.arange(3) == row)).all()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize(("phase", "joint"), [(0, 0), (1, 6), (50, 3), (99, 2), (100, 6)])
+def test_what_is_no_number_is_not_paced(bad: float, phase: int, joint: int) -> None:
+    motions, frames, scales = motions_of(7), np.zeros(COUNT, int), np.zeros(COUNT)
+    motions[2, phase, joint] = bad
+    bounds, ease = RateLimits(*np.full((3, 7), 1e6)), Ease(2.0 * CUT_TIME, CUT_SPEED)
+    pace_reaches(motions, np.ones(COUNT), bounds, RATE, 1, ease, frames, scales)
+    assert ((frames == 0) == (np.arange(COUNT) == 2)).all()
+
+
+@pytest.mark.parametrize("frame", [0, 20, 39])
+def test_what_is_no_number_is_not_clipped_to_one(frame: int) -> None:
+    paths, found = np.zeros((40, 7)), np.empty(2, dtype=np.bool_)
+    paths[frame, 4] = np.nan
+    wanted = paths.copy()
+    hold_within(np.full(7, -1.0), np.full(7, 1.0), 0.1, np.array([0, 20, 40]), paths, found)
+    np.testing.assert_array_equal(paths, wanted)
