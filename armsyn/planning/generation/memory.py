@@ -7,6 +7,8 @@ from functools import cache
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # of mallopt(3)
 _KEPT = 1 << 30
+_LARGEST_MAPPED = 1 << 25
+"""Of glibc before 2.35, which refuses to keep greater arrays."""
 
 
 @cache
@@ -22,5 +24,6 @@ def keep_memory() -> None:
         mallopt = library.mallopt
     except (AttributeError, OSError, TypeError):
         return
-    mallopt(_TRIM_THRESHOLD, _KEPT)
-    mallopt(_MMAP_THRESHOLD, _KEPT)
+    # Either call ends the library's own adapting of what it maps: refused, it would map all arrays
+    if mallopt(_MMAP_THRESHOLD, _KEPT) or mallopt(_MMAP_THRESHOLD, _LARGEST_MAPPED):
+        mallopt(_TRIM_THRESHOLD, _KEPT)
