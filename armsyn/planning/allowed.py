@@ -60,7 +60,7 @@ class Tried(NamedTuple):
     paced : Paced
         Their samples.
     verdicts : Verdicts
-        On them, but for bells and ranges.
+        On them, but for bells and ranges, to which they are clipped.
     allowed, uneven : array of bool, shape (M,)
         Which may be followed, and which but for more than one bell.
     beyond, swung : array of bool, shape (M,)
@@ -150,7 +150,7 @@ def _why_not(
     if outside := leaves_range(arm.chain, bent):
         return outside
     kind, frame, item, value = (part[0] for part in found.verdicts)
-    if kind == CONTACT:
+    if kind == CONTACT and not found.swung[0]:  # whose verdict is on what was clipped
         kept = Clearances.of(arm, start=samples[0])
         return kept.error(int(item), float(value), int(frame), float(frame) / rate_hz)
     positions = arm.chain.positions(samples)

@@ -222,7 +222,8 @@ def too_long(arm: ArmDescription, joint: int, time: float) -> LimitError:
     name = arm.joint_names[joint]
     return LimitError(
         f"the reach would take {time:.0f} s, more than an hour, for {name} to keep its limits of"
-        " speed, acceleration and jerk: allow it more, or choose another target",
+        " speed, acceleration and jerk: allow it more (by a smaller --slower), or choose another"
+        " target",
         name,
         time,
         LONGEST_S,

@@ -8,7 +8,7 @@ import pytest
 
 from armsyn.arm import load_arm
 from armsyn.arm.shapes import BoxDescription
-from armsyn.errors import CollisionError
+from armsyn.errors import CollisionError, LimitError
 from armsyn.motion import Motion
 from armsyn.planning.allowed import checked
 from armsyn.planning.ending import EASE
@@ -16,6 +16,7 @@ from armsyn.planning.evening import WHOLLY, evened
 from armsyn.planning.evenness import UnevenError
 from armsyn.planning.finishing import finished
 from armsyn.planning.posing import HandTask
+from armsyn.planning.timing import in_time
 from armsyn.safety import check_trajectory
 
 PHASE = np.linspace(0.0, 1.0, 101)
@@ -63,3 +64,24 @@ def test_a_contact_is_told_as_the_driver_tells_it() -> None:
     assert (mine.first, mine.second, mine.frame) == (drivers.first, drivers.second, drivers.frame)
     assert mine.depth == pytest.approx(drivers.depth, abs=1e-9)
     assert str(mine).split(" from ")[0] == str(drivers).split(" from ")[0]
+
+
+def test_a_joint_that_swings_past_its_limit_is_told_before_what_it_touches_there() -> None:
+    """It stops at once at its limit: every sample is within, the spline through them is not."""
+    arm = load_arm("human7", calibrated=False)
+    start, end = arm.rest.copy(), END.copy()
+    start[3], end[3] = arm.chain.upper[3] - 0.15, arm.chain.upper[3]
+    start[0] = end[0] + 1.5  # which stops at once, too, and has to be slowed more
+    motion = start + EASE[:, None] * (end - start)
+    at_once = start + np.minimum(PHASE / 0.3, 1.0)[:, None] * (end - start)
+    motion[:, [0, 3]] = at_once[:, [0, 3]]
+    middle = arm.chain.forward(motion[15]).tip
+    box = BoxDescription("box", tuple(middle.tolist()), (0.03, 0.03, 0.03))
+    with_box = msgspec.structs.replace(arm, box=(box,))
+    samples = in_time(motion, 1.0, arm, 200.0).angles
+    with pytest.raises(LimitError) as wanted:
+        check_trajectory(Motion(np.arange(len(samples)) / 200.0, arm.joint_names, samples), arm)
+    for one in (arm, with_box):
+        with pytest.raises(LimitError, match="elbow_flexion") as told:
+            checked(one, motion, 1.0, 200.0)
+        assert (told.value.joint, told.value.value) == (wanted.value.joint, wanted.value.value)
