@@ -7,6 +7,7 @@ import dataclasses
 import errno
 import json
 import os
+import shutil
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -22,7 +23,7 @@ from armsyn.motion import Motion
 from armsyn.motion.formats import files as motion_files
 from armsyn.planning.generation import chunks, files
 from armsyn.planning.generation.batch import Recipe, make_batch
-from armsyn.planning.generation.order import Order
+from armsyn.planning.generation.order import NOTES, Order
 from armsyn.planning.generation.running import digest_of, generate
 from armsyn.planning.generation.targets import Asked, ListedTargets, RandomTargets
 from armsyn.planning.generation.version import ROOMS, version
@@ -195,6 +196,26 @@ def test_an_interruption_keeps_what_is_finished(
     )
     found, made_now = "chunks found", "chunks"
     assert progress == [*((found, k, 5) for k in (1, 2)), *((made_now, k, 5) for k in (3, 4, 5))]
+    assert content(folder) == content(made)
+
+
+def test_what_was_killed_while_it_tidied_is_whole(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "out"
+
+    def killed(_folder: Path) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(shutil, "rmtree", killed)
+        with pytest.raises(KeyboardInterrupt):
+            generate(order(folder), INPUTS, workers=1)
+    assert (folder / NOTES).exists()
+    report = generate(order(folder), INPUTS, workers=1, resume=True)
+    assert report.complete
+    assert report.found
+    assert not (folder / NOTES).exists()
     assert content(folder) == content(made)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -73,7 +74,8 @@ def all_there(order: Order) -> Report | None:
     folder = Path(order.folder)
     try:
         said = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-        if said["digest"] != order.digest or not said["complete"] or (folder / NOTES).exists():
+        under_way = (folder / NOTES / TOKEN).exists()
+        if said["digest"] != order.digest or not said["complete"] or under_way:
             return None
         lost = [entry["file"] for entry in said["files"] if not (folder / entry["file"]).exists()]
         report = Report(said["reaches_asked"], order.count, said["reaches_made"], order.count)
@@ -88,8 +90,20 @@ def all_there(order: Order) -> Report | None:
         raise InputError(
             f"{folder}: {lost[0]} is missing, which its manifest has: name a new folder"
         )
+    if (folder / NOTES).exists():
+        tidy(order)
     report.found = True
     return report
+
+
+def tidy(order: Order) -> None:
+    """Take away what a generation under way needs; once its token is gone, it is none."""
+    notes = Path(order.folder) / NOTES
+    (notes / TOKEN).unlink(missing_ok=True)
+    if order.format == "lerobot":
+        for number in range(order.count):
+            order.file(number).unlink(missing_ok=True)
+    shutil.rmtree(notes)
 
 
 def _reserve(order: Order) -> None:

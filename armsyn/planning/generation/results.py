@@ -14,7 +14,7 @@ from armsyn.motion.formats.episodes import Episode
 from armsyn.motion.formats.files import replacing
 from armsyn.planning.generation import chunks
 from armsyn.planning.generation.files import PLANNED, episodes_of, read_npz
-from armsyn.planning.generation.folder import MANIFEST, RESERVE
+from armsyn.planning.generation.folder import MANIFEST, RESERVE, tidy
 from armsyn.planning.generation.order import DATASET, NOTES, Order
 from armsyn.planning.generation.report import Report
 from armsyn.planning.generation.rows import COLUMNS as REACH_COLUMNS
@@ -61,10 +61,7 @@ def finish(order: Order, inputs: Mapping[str, Any], report: Report) -> None:
         report.error = report.error or error
         return
     if report.complete:
-        if order.format == "lerobot":
-            for number in range(order.count):
-                order.file(number).unlink(missing_ok=True)
-        shutil.rmtree(folder / NOTES)
+        tidy(order)
 
 
 def _refusals(note: Mapping[str, Any]) -> list[list[Any]]:
