@@ -1,6 +1,6 @@
 """Planning how an arm that may be moving follows a new target: which synergy, how slow, how far.
 
-The law (`armsyn.planning.tracking_law`) is played ahead from the state in which it will begin:
+The law (`armsyn.kernels.law`) is played ahead from the state in which it will begin:
 the controller is slowed as a whole (lambda / kappa, s / kappa) until speeds and accelerations
 hold, and a target whose way collides, or that no synergy arrives at, is refused before the arm
 turns to it.
@@ -23,7 +23,7 @@ from armsyn.kernels.following import POSTURE, VELOCITY, Followed, follow
 from armsyn.kernels.law import HAND, JOINTS, RAMP, Law
 from armsyn.kernels.ticking import tick
 from armsyn.planning.checking import checked_target, out_of_reach, where
-from armsyn.planning.end_posture import end_posture, fulfilled
+from armsyn.planning.end_posture import end_posture
 from armsyn.planning.posing import HandOrientation, HandTask, Pointing
 from armsyn.planning.tracking_begin import STEP_S, LawMaker
 from armsyn.planning.tracking_candidates import candidates
@@ -39,6 +39,10 @@ TOLERANCE_M = 5e-4
 
 LONGEST_S = 8.0
 """Longest reach before slowing, s."""
+
+SLOWED_S = 60.0
+"""No law is slowed to take longer than that, s: near a singular posture it would take minutes, and
+planning it seconds. What it lacks then of the limits, the guard of every step does."""
 
 HEADROOM = 0.9
 """Share of the limits that a law is slowed to; the rest is for the velocity that is carried over
@@ -146,7 +150,10 @@ class LawPlanner:
         here = seen(state)
         hand = self.arm.chain.forward(here).tip
         for candidate in candidates(self.sources, here, hand, task, going):
-            path, quick = self._played(self._maker.law(state, task, candidate), state)
+            # by the law alone: within their limits slow arms do not come there before it is slowed
+            path, quick = self._played(
+                self._maker.law(state, task, candidate), state, guarded=False
+            )
             ending = None
             if orientation is not None:
                 ending = end_posture(self.arm, task, here, path[-1])
@@ -159,7 +166,7 @@ class LawPlanner:
                 continue
             slowed, law = self._slowed(state, task, candidate, ending)
             path, done = self._played(law, state)
-            if not fulfilled(task, done.distance, task.errors(self.arm.chain, path[-1])[1]):
+            if done.distance > TOLERANCE_M or not self._turned(task, path[-1]):
                 missed = min(missed, done.distance)
                 continue
             if collision := self._collision(path):
@@ -167,6 +174,12 @@ class LawPlanner:
                 continue
             return PlannedLaw(law, task, slowed, path, len(path) * STEP_S)
         raise refused or self._why_not(task, float(missed))
+
+    def _turned(self, task: HandTask, posture: FloatArray) -> bool:
+        """Whether the hand is turned as asked."""
+        if task.orientation is None:
+            return True
+        return task.errors(self.arm.chain, posture)[1] <= task.orientation.tolerance
 
     def _collision(self, path: FloatArray) -> CollisionError | None:
         some = np.concatenate([path[:-1:_LOOKED_AT], path[-1:]])
@@ -176,8 +189,8 @@ class LawPlanner:
         turned = "" if task.orientation is None else ", or turned wrongly"
         return UnreachableError(
             f"target {where(task.goal)} is within reach of {self.arm.name}, but with every learned"
-            f" synergy the hand stays {missed * 100:.1f} cm or more away from it{turned}: try"
-            " another --ik, or go by way of another target",
+            f" synergy the hand stays {missed * 100:.1f} cm or more away from it{turned}, or would"
+            f" be slower than {SLOWED_S:.0f} s: try another --ik, or go by way of another target",
             missed,
         )
 
@@ -192,8 +205,10 @@ class LawPlanner:
         before = np.inf
         for _ in range(_MOST_SCALINGS):
             law = self._maker.law(state, task, candidate, ending)
-            excess = self._played(law, state, guarded=False)[1].excess
-            if excess <= 1.0 or excess > 0.995 * before:
+            path, played = self._played(law, state, guarded=False)
+            excess = played.excess
+            longer = len(path) * STEP_S * excess
+            if excess <= 1.0 or excess > 0.995 * before or longer > SLOWED_S:
                 break
             before = excess
             candidate = candidate._replace(scale=candidate.scale * max(excess, 1.01))
@@ -204,7 +219,7 @@ class LawPlanner:
     ) -> tuple[FloatArray, Followed]:
         """Play a law from a state: the path, and what came of it."""
         steps = int(LONGEST_S * (law.hand[RAMP] / RAMP_S) / STEP_S)
-        path = np.empty((steps if guarded else 0, self.arm.rest.size))
+        path = np.empty((steps, self.arm.rest.size))
         arm = self.guarded if guarded else self._roomy
         done = follow(arm, *law, state.copy(), 0.0, STEP_S, steps, TOLERANCE_M, guarded, path)
         return path[: done.made], Followed(*done)
