@@ -12,7 +12,7 @@ from armsyn.kernels import bells
 from armsyn.motion.filtering import hand_speed
 from armsyn.motion.peaks import count_peaks
 from armsyn.planning.evenness import uneven_speed
-from armsyn.planning.generation.bells import hands_along, uneven_reaches
+from armsyn.planning.generation.bells import uneven_reaches
 from armsyn.planning.generation.pacing import pace
 
 ROWS = range(120)
@@ -39,12 +39,6 @@ def test_many_are_measured_as_one_alone(name: str, rate_hz: float) -> None:
     alone = [peaks_alone(arm.chain.positions(paced.path(row))[:, -1], rate_hz) for row in ROWS]
     assert uneven_reaches(arm.chain, paced).tolist() == [peaks > 1 for peaks in alone]
     assert 12 < np.count_nonzero(np.array(alone) > 1) < 108
-    np.testing.assert_allclose(
-        hands_along(arm.chain, paced.paths),
-        arm.chain.positions(paced.paths)[:, -1],
-        rtol=0.0,
-        atol=1e-12,
-    )
 
 
 def two_bells(stop: float) -> np.ndarray:

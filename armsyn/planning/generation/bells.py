@@ -6,20 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.kernels.bells import count_along
-from armsyn.kernels.placing import fill_tips
 from armsyn.kinematics import SerialChain
 from armsyn.planning.evenness import measure_of
 from armsyn.planning.generation.pacing import Paced
 
-FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-
-
-def hands_along(chain: SerialChain, paths: FloatArray) -> FloatArray:
-    """Return where the hand is at many postures, shape (frames, n) to (frames, 3), m."""
-    hands = np.empty((3, len(paths)))
-    fill_tips(chain.arrays, paths, hands)
-    return np.ascontiguousarray(hands.T)
 
 
 def uneven_reaches(chain: SerialChain, paced: Paced) -> BoolArray:
