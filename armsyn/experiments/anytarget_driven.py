@@ -20,6 +20,7 @@ from armsyn.planning.checking import PLANNING_RATE_HZ
 from armsyn.planning.examples import PHASE
 from armsyn.planning.finishing import finished
 from armsyn.planning.posing import HandTask
+from armsyn.planning.timing import PhasePath, phases
 from armsyn.scoring.distance import held_distance
 from armsyn.scoring.pairing import pair_up, uncut
 from armsyn.synergy.parallel import checked_workers, each
@@ -29,7 +30,7 @@ SAME_RAD = 0.01
 _EVENED = ("evened by under 10 %", "evened by 10 to 50 %", "evened by 50 % and more")
 _WAYS = (
     "as predicted",
-    "not evened: bent or retimed",
+    "bent into its ranges",
     *_EVENED,
     "another swivel",
     "another swivel, evened",
@@ -37,8 +38,8 @@ _WAYS = (
 )
 _NOTE = (
     "What the planner makes of each prediction, by `armsyn.planning.finishing`. as predicted: no"
-    f" joint moved by more than {SAME_RAD:g} rad; evened: brought so much nearer to minimum jerk"
-    " of every joint, for the hand would speed up more than once. Held distance over normalised"
+    f" joint goes by more than {SAME_RAD:g} rad elsewhere on its way; evened: brought so much"
+    " nearer to minimum jerk of every joint, for the hand would speed up more than once. Held distance over normalised"
     " time in the movement time predicted, ramps from rest and to it within, without the arm's own"
     " slowing (slower: its mean factor, never scored); time given: in the person's. Refused reaches"
     " have no distance after it."
@@ -126,8 +127,10 @@ def way_of(done: Finished, predicted: FloatArray) -> str:
         return "another swivel, evened" if done.evened else "another swivel"
     if done.evened:
         return _EVENED[int(np.searchsorted((0.1, 0.5), done.evened, side="right"))]
-    is_same = np.abs(over_phase(done) - predicted).max() <= SAME_RAD
-    return "as predicted" if is_same else "not evened: bent or retimed"
+    path = PhasePath(predicted)  # over phase, for the ramps from rest and to it bend no joint
+    there = path.at(phases(len(done.angles), *path.ramps()))
+    is_same = np.abs(done.angles - there).max() <= SAME_RAD
+    return "as predicted" if is_same else "bent into its ranges"
 
 
 def _held(people: People, angles: FloatArray, duration: float) -> float:

@@ -8,7 +8,7 @@ import pytest
 
 from armsyn.arm import load_arm
 from armsyn.errors import RefusedMotionError
-from armsyn.experiments.anytarget_driven import driven_table, over_phase, way_of
+from armsyn.experiments.anytarget_driven import SAME_RAD, driven_table, over_phase, way_of
 from armsyn.experiments.anytarget_people import People, load_garza
 from armsyn.experiments.anytarget_rows import ROWS
 from armsyn.experiments.anytarget_run import Group, Outcome, predict_all
@@ -109,6 +109,20 @@ def test_what_is_driven_as_predicted_is_the_prediction_over_normalised_time(
     assert done.time_scale > 2
     assert way_of(done, found.angles[0]) == "as predicted"
     np.testing.assert_allclose(over_phase(done), found.angles[0], atol=0.01)
+
+
+def test_ramps_to_rest_leave_a_captured_reach_as_it_was_and_bending_does_not(
+    people: People,
+) -> None:
+    arm, examples = load_arm("human7", calibrated=False), people.examples
+    for angles, target in zip(examples.angles, examples.targets, strict=True):
+        done = finished(arm, angles, 1.0, HandTask(target), 200.0)
+        if not done.refused:  # nor changed
+            break
+    assert way_of(done, angles) == "as predicted"
+    assert np.abs(over_phase(done) - angles).max() > SAME_RAD  # which is why phases are compared
+    elsewhere = done._replace(angles=done.angles + 2 * SAME_RAD)
+    assert way_of(elsewhere, angles) == "bent into its ranges"
 
 
 def test_a_reach_that_the_arm_may_not_follow_is_refused(latent: Outcome) -> None:
