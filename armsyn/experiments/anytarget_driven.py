@@ -39,10 +39,10 @@ _WAYS = (
 _NOTE = (
     "What the planner makes of each prediction, by `armsyn.planning.finishing`. as predicted: no"
     f" joint goes by more than {SAME_RAD:g} rad elsewhere on its way; evened: brought so much"
-    " nearer to minimum jerk of every joint, for the hand would speed up more than once. Held distance over normalised"
-    " time in the movement time predicted, ramps from rest and to it within, without the arm's own"
-    " slowing (slower: its mean factor, never scored); time given: in the person's. Refused reaches"
-    " have no distance after it."
+    " nearer to minimum jerk of every joint, for the hand would speed up more than once. Held"
+    " distance over normalised time in the movement time predicted, ramps from rest and to it"
+    " within, without the arm's own slowing (slower: its mean factor, never scored); time given: in"
+    " the person's. Refused reaches have no distance after it."
 )
 
 
