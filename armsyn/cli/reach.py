@@ -83,8 +83,9 @@ def reach(**options: Any) -> None:
     """Reach a target as a person would, on a real or simulated arm.
 
     The reach is predicted from captured people (--plan), slowed as a whole until the arm's limits
-    hold, and checked as a whole before torque goes on; where it would touch something it is tried
-    with the elbow elsewhere. How far a target lies outside what was captured is said. Afterwards
+    hold, and checked as a whole before torque goes on; a hand that would speed up twice is brought
+    nearer to minimum jerk, and where it would touch something it is tried with the elbow
+    elsewhere. How far a target lies outside what was captured is said. Afterwards
     the arm holds the target with its torque on; --park puts it to rest and lets go. Ctrl-C
     decelerates and, if the way is short and checked, goes to the rest posture; a second Ctrl-C
     holds at once.
