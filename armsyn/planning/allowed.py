@@ -14,7 +14,7 @@ from armsyn.kernels.pacing import fill_beyond, hold_within
 from armsyn.planning.bending import INSIDE, leaves_range, within_ranges
 from armsyn.planning.evenness import uneven_speed
 from armsyn.planning.generation.bells import uneven_reaches
-from armsyn.planning.generation.judging import Verdicts, judge
+from armsyn.planning.generation.judging import Verdicts, judge, judge_some
 from armsyn.planning.generation.pacing import Paced, pace
 from armsyn.planning.planned import trajectory_of
 from armsyn.planning.timing import in_time
@@ -60,7 +60,8 @@ class Tried(NamedTuple):
     paced : Paced
         Their samples.
     verdicts : Verdicts
-        On them, but for bells and ranges, to which they are clipped.
+        On them, but for bells and ranges, to which they are clipped; `ALLOWED` of those that
+        were not judged.
     allowed, uneven : array of bool, shape (M,)
         Which may be followed, and which but for more than one bell.
     beyond, swung : array of bool, shape (M,)
@@ -75,7 +76,14 @@ class Tried(NamedTuple):
     swung: BoolArray
 
 
-def tried(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz: float) -> Tried:
+def tried(
+    arm: ArmDescription,
+    angles: FloatArray,
+    durations: FloatArray,
+    rate_hz: float,
+    *,
+    in_bells: bool = False,
+) -> Tried:
     """Slow many motions, and say which of them an arm may follow.
 
     Parameters
@@ -86,6 +94,8 @@ def tried(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_h
     durations : array, shape (M,)
         s.
     rate_hz : float
+    in_bells : bool
+        Judge only what goes in one bell within the ranges: what else is wrong is not asked.
 
     Returns
     -------
@@ -97,9 +107,9 @@ def tried(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_h
     fill_beyond(chain.lower, chain.upper, INSIDE, motions, beyond)
     paced = pace(arm, motions, durations, rate_hz)
     hold_within(chain.lower, chain.upper, SWING, paced.first, paced.paths, swung)
-    verdicts = judge(arm, paced)
-    good = (verdicts.kinds == ALLOWED) & (paced.lengths > 0) & ~(beyond | swung)
-    uneven = uneven_reaches(chain, paced)
+    uneven, inside = uneven_reaches(chain, paced), ~(beyond | swung)
+    verdicts = judge_some(arm, paced, inside & ~uneven) if in_bells else judge(arm, paced)
+    good = (verdicts.kinds == ALLOWED) & (paced.lengths > 0) & inside
     return Tried(paced, verdicts, good & ~uneven, good & uneven, beyond, swung)
 
 

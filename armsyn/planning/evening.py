@@ -59,11 +59,12 @@ def evened(angles: FloatArray, how: Evening) -> FloatArray:
     array, shape (..., PHASES, n)
         With the same start and end.
     """
-    start, way = angles[..., :1, :], angles[..., -1:, :] - angles[..., :1, :]
-    plain = start + EASE[:, None] * way
-    if how.smoothing:
-        return np.asarray(plain + _smoother(how.smoothing) @ (angles - plain))
-    return np.asarray(angles + how.share * (plain - angles))
+    if not how.smoothing:
+        start, way = angles[..., :1, :], angles[..., -1:, :] - angles[..., :1, :]
+        return np.asarray(angles + how.share * (start + EASE[:, None] * way - angles))
+    joints = np.swapaxes(angles, -1, -2)
+    smooth = joints.reshape(-1, PHASES) @ _smoother(how.smoothing).T  # one product, of all motions
+    return np.ascontiguousarray(np.swapaxes(smooth.reshape(joints.shape), -1, -2))
 
 
 def nearer(angles: FloatArray, how: Evening) -> FloatArray:
@@ -88,9 +89,12 @@ def nearer(angles: FloatArray, how: Evening) -> FloatArray:
 
 @cache
 def _smoother(smoothing: float) -> FloatArray:
-    """Matrix, shape (PHASES, PHASES), on deviations over phase."""
+    """Matrix, shape (PHASES, PHASES), from a joint's angles over phase to the smoothed ones."""
     last = PHASES - 1
     k = np.arange(1, last)
     waves = np.sin(np.pi / last * np.outer(np.arange(PHASES), k))  # orthogonal: a sine transform
     waves[[0, -1]] = 0.0
-    return np.asarray(2.0 / last * (waves * np.exp(-smoothing * (k**2 - 1.0))) @ waves.T)
+    damped = 2.0 / last * (waves * np.exp(-smoothing * (k**2 - 1.0))) @ waves.T
+    plain = np.zeros((PHASES, PHASES))
+    plain[:, 0], plain[:, last] = 1.0 - EASE, EASE
+    return np.asarray(plain + damped @ (np.eye(PHASES) - plain))

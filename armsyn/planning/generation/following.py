@@ -144,7 +144,7 @@ def _follow_evened(
             break
         before = angles[rows] if rows.size < len(angles) else angles
         motions = evened(before, how) if how else before
-        some = tried(arm, motions, durations[rows], rate_hz)
+        some = tried(arm, motions, durations[rows], rate_hz, in_bells=how is not None)
         good, again = some.allowed, some.uneven
         for place in np.flatnonzero(good).tolist():
             found.paths[rows[place]] = some.paced.path(place)

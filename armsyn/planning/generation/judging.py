@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.kernels.judging import Tolerances, judge_reaches
+from armsyn.kernels.judging import ALLOWED, Tolerances, judge_reaches
 from armsyn.kernels.rates import RateLimits
 from armsyn.planning.generation.pacing import Paced
 from armsyn.safety import Clearances, collision, limits, trajectory
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 
 class Verdicts(NamedTuple):
@@ -81,4 +82,28 @@ def judge(arm: ArmDescription, paced: Paced) -> Verdicts:
         paced.paths,
         *found,
     )
+    return found
+
+
+def judge_some(arm: ArmDescription, paced: Paced, asked: BoolArray) -> Verdicts:
+    """Judge some reaches, as `judge` does; say `ALLOWED`, and no more, of the others.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    paced : Paced
+    asked : array of bool, shape (M,)
+
+    Returns
+    -------
+    Verdicts
+    """
+    lengths, count = paced.lengths, len(asked)
+    first = np.concatenate([[0], np.cumsum(lengths[asked])])
+    paths = paced.paths[np.repeat(asked, lengths)]
+    kinds, frames, items = np.full((3, count), ALLOWED, dtype=np.int64)
+    found = Verdicts(kinds, frames, items, np.full(count, np.nan))
+    some = judge(arm, Paced(paths, first, paced.scales[asked], paced.rate_hz))
+    for whole, part in zip(found, some, strict=True):
+        whole[asked] = part
     return found
