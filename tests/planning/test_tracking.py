@@ -134,7 +134,7 @@ def test_with_one_gain_the_hand_nears_its_target_as_the_closed_form_says(gain: f
 
 
 def test_gains_below_one_rise_to_it_and_those_above_stay() -> None:
-    """With e' = -lambda g(t) e g from 0.5 to 1 by minimum jerk from `late` on, as long again."""
+    """With e' = -lambda g(t) e, g from 0.5 to 1 by minimum jerk from `late` on, as long again."""
     start, rate, late = ARM.rest + 0.3, 4.0, 0.3
     hand = ARM.chain.forward(start).tip
     target, step, steps = hand + np.array([0.03, 0.05, -0.02]), 1e-3, 800
