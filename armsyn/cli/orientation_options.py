@@ -1,4 +1,4 @@
-"""How a hand is to be turned at its target: the options that `reach` and `generate` share."""
+"""How a hand is to be turned at its target: the options of `reach`, `generate` and `track`."""
 
 from __future__ import annotations
 
@@ -67,23 +67,24 @@ def orientation_of(options: dict[str, Any]) -> HandOrientation | None:
     Raises
     ------
     InputError
-        Both, no direction, or numbers that are not finite.
+        Both, no direction, or angles that are none.
     """
-    import math
-
     import numpy as np
 
     from armsyn.errors import InputError
     from armsyn.kinematics.rotation import from_rpy
     from armsyn.planning import Pointing, Turned
+    from armsyn.planning.checking import FARTHEST
 
     pointing, turned, tolerance = options["pointing"], options["orientation"], tolerance_of(options)
     if pointing and turned:
         raise InputError(
             "a hand points somewhere or is turned some way: --pointing or --orientation"
         )
-    if turned and not all(math.isfinite(angle) for angle in turned):
-        raise InputError(f"--orientation must be three finite angles in degrees: {turned}")
+    if turned and not all(abs(angle) <= FARTHEST for angle in turned):
+        raise InputError(
+            f"--orientation must be three finite angles within {FARTHEST:.0f} degrees: {turned}"
+        )
     if not (pointing or turned):
         return None
     try:

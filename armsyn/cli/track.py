@@ -103,9 +103,12 @@ def track(**options: Any) -> None:
     good one; without a new one it holds. What comes before the arm is ready (a line says so) waits.
 
     At the end of the input the last motion is finished, and the arm holds; --park puts it to
-    rest and lets go. Ctrl-C decelerates and, if the way is short and checked, goes to the rest
-    posture; a second Ctrl-C holds at once. With --json every event is one line of JSON.
+    rest and lets go. It all runs in one process: the --own-process of other commands is for
+    motions that are known beforehand. Ctrl-C decelerates and, if the way is short and checked,
+    goes to the rest posture; a second Ctrl-C holds at once. With --json every event is one line
+    of JSON.
     """  # noqa: D301 - after \b click leaves a paragraph as it stands
+    from armsyn.cli.compiling import telling_of_compilation
     from armsyn.cli.orientation_options import orientation_of
     from armsyn.cli.track_lines import LineReader
     from armsyn.cli.track_report import check_plot
@@ -128,8 +131,10 @@ def track(**options: Any) -> None:
         with connected(options) as there:
             arm = there.arm.slowed(_slower(options))
             ik, model = options["ik"], options["model"]
-            sources = sources_of(arm, options["calibration"], ik=ik, model=model)
-            planner = LawPlanner(arm, sources, ik or "svd")
+            with telling_of_compilation():
+                sources = sources_of(arm, options["calibration"], ik=ik, model=model)
+                planner = LawPlanner(arm, sources, ik or "svd")
+                planner.prepare()
             status = _track(there, planner, reader, teller, options)
     except ArmsynError as error:
         if not options["as_json"]:
@@ -158,7 +163,6 @@ def _track(
     from armsyn.driver import ArmSession, Ending
     from armsyn.driver.operate_move import park
 
-    planner.prepare()
     with (
         _quick_switching(),
         ArmSession.open(

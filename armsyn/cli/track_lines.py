@@ -15,12 +15,10 @@ import msgspec
 from armsyn.cli.orientation_options import orientation_of
 from armsyn.errors import FormatError, InputError
 from armsyn.planning import HandOrientation
+from armsyn.planning.checking import FARTHEST
 
 LONGEST_LINE = 10_000
 """Bytes; what is longer is no target."""
-
-FARTHEST_M = 1e6
-"""No arm's frame has places farther away; squares of far greater numbers would overflow."""
 
 _CHUNK = 65536
 
@@ -83,8 +81,8 @@ def parse_target(text: bytes, longest: float = math.inf) -> TargetLine:
         raise FormatError(f'{error}; a target is {{"target": [x, y, z]}} in metres') from error
     if not all(map(math.isfinite, (*line.target, line.t or 0.0))):
         raise FormatError("target and t must be finite numbers")
-    if any(abs(x) > FARTHEST_M for x in line.target):
-        raise FormatError(f"target must be within {FARTHEST_M:.0f} m")
+    if any(abs(x) > FARTHEST for x in line.target):
+        raise FormatError(f"target must be within {FARTHEST:.0f} m")
     if line.t is not None and line.t >= longest:
         raise FormatError(f"t is {line.t:g} s, tracking ends at {longest:g} s")
     return line

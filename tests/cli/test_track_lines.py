@@ -104,6 +104,7 @@ def test_a_line_says_how_the_hand_is_turned_or_else_the_options_do() -> None:
     [
         (b'"pointing": [1, 0, 0], "orientation": [0, 0, 0]', "pointing or orientation"),
         (b'"pointing": [0, 0, 0]', "pointing: a direction is 3 finite numbers, not all 0"),
+        (b'"orientation": [1e308, 0, 0]', "orientation must be three finite angles within"),
     ],
 )
 def test_a_line_that_turns_the_hand_in_no_way_is_refused(keys: bytes, said: str) -> None:
