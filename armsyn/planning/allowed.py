@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
 from armsyn.kernels.judging import ALLOWED, CONTACT
-from armsyn.kernels.pacing import fill_beyond, hold_within
+from armsyn.kernels.rates import RateLimits
+from armsyn.kernels.trying import Bounds, Outcomes, try_reaches
 from armsyn.planning.bending import INSIDE, leaves_range, within_ranges
-from armsyn.planning.evenness import uneven_speed
-from armsyn.planning.generation.bells import uneven_reaches
-from armsyn.planning.generation.judging import Verdicts, judge, judge_some
-from armsyn.planning.generation.pacing import Paced, pace
+from armsyn.planning.evenness import measure_of, uneven_speed
+from armsyn.planning.generation.judging import Verdicts, tolerances_at
+from armsyn.planning.generation.pacing import EASE, SHORTEST_S, Paced
 from armsyn.planning.planned import trajectory_of
-from armsyn.planning.timing import in_time
+from armsyn.planning.timing import Rates, in_time
 from armsyn.safety import Clearances, check_trajectory
 
 FloatArray = NDArray[np.float64]
@@ -86,6 +86,8 @@ def tried(
 ) -> Tried:
     """Slow many motions, and say which of them an arm may follow.
 
+    As `pace`, `judge` and `uneven_reaches` of `armsyn.planning.generation` do, in one call.
+
     Parameters
     ----------
     arm : ArmDescription
@@ -101,16 +103,38 @@ def tried(
     -------
     Tried
     """
-    chain, count = arm.chain, len(angles)
+    motions, count = np.ascontiguousarray(angles), len(angles)
+    solids, rate = arm.solids, float(rate_hz)
+    bounds = Bounds(
+        INSIDE,
+        SWING,
+        solids.reach,
+        Clearances.of(arm).required,
+        RateLimits(*Rates.of(arm)),
+        RateLimits(arm.max_velocity, arm.max_acceleration, arm.max_jerk),
+    )
+    scales, values = np.empty((2, count))
+    peaks, kinds, frames, items = np.empty((4, count), dtype=np.int64)
     beyond, swung = np.empty((2, count), dtype=np.bool_)
-    motions = np.ascontiguousarray(angles)
-    fill_beyond(chain.lower, chain.upper, INSIDE, motions, beyond)
-    paced = pace(arm, motions, durations, rate_hz)
-    hold_within(chain.lower, chain.upper, SWING, paced.first, paced.paths, swung)
-    uneven, inside = uneven_reaches(chain, paced), ~(beyond | swung)
-    verdicts = judge_some(arm, paced, inside & ~uneven) if in_bells else judge(arm, paced)
-    good = (verdicts.kinds == ALLOWED) & (paced.lengths > 0) & inside
-    return Tried(paced, verdicts, good & ~uneven, good & uneven, beyond, swung)
+    first, paths = try_reaches(
+        arm.chain.arrays,
+        solids.arrays,
+        bounds,
+        tolerances_at(rate),
+        EASE,
+        measure_of(rate),
+        rate,
+        in_bells,
+        motions,
+        np.maximum(durations, SHORTEST_S),
+        Outcomes(beyond, swung, scales, peaks, kinds, frames, items, values),
+    )
+    verdicts = Verdicts(kinds, frames, items, values)
+    good = (kinds == ALLOWED) & (first[1:] > first[:-1]) & ~(beyond | swung)
+    uneven = peaks > 1
+    return Tried(
+        Paced(paths, first, scales, rate_hz), verdicts, good & ~uneven, good & uneven, beyond, swung
+    )
 
 
 def checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: float) -> Finished:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.kernels.judging import ALLOWED, Tolerances, judge_reaches
+from armsyn.kernels.judging import Tolerances, judge_reaches
 from armsyn.kernels.rates import RateLimits
 from armsyn.planning.generation.pacing import Paced
 from armsyn.safety import Clearances, collision, limits, trajectory
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 class Verdicts(NamedTuple):
@@ -37,6 +37,19 @@ class Verdicts(NamedTuple):
     frames: IntArray
     items: IntArray
     values: FloatArray
+
+
+@cache
+def tolerances_at(rate_hz: float) -> Tolerances:
+    """Return what `armsyn.safety.check_trajectory` forgives at a rate of frames."""
+    return Tolerances(
+        position=limits.POSITION_TOLERANCE,
+        rate=trajectory.RATE_TOLERANCE,
+        rounding=trajectory.ROUNDING,
+        jerk_span=max(1, round(trajectory.JERK_SPAN * rate_hz)),
+        leaving=collision.LEAVING,
+        resolution=collision.RESOLUTION,
+    )
 
 
 def judge(arm: ArmDescription, paced: Paced) -> Verdicts:
@@ -70,40 +83,9 @@ def judge(arm: ArmDescription, paced: Paced) -> Verdicts:
         clearances.required,
         RateLimits(arm.max_velocity, arm.max_acceleration, arm.max_jerk),
         float(paced.rate_hz),
-        Tolerances(
-            position=limits.POSITION_TOLERANCE,
-            rate=trajectory.RATE_TOLERANCE,
-            rounding=trajectory.ROUNDING,
-            jerk_span=max(1, round(trajectory.JERK_SPAN * paced.rate_hz)),
-            leaving=collision.LEAVING,
-            resolution=collision.RESOLUTION,
-        ),
+        tolerances_at(paced.rate_hz),
         paced.first,
         paced.paths,
         *found,
     )
-    return found
-
-
-def judge_some(arm: ArmDescription, paced: Paced, asked: BoolArray) -> Verdicts:
-    """Judge some reaches, as `judge` does; say `ALLOWED`, and no more, of the others.
-
-    Parameters
-    ----------
-    arm : ArmDescription
-    paced : Paced
-    asked : array of bool, shape (M,)
-
-    Returns
-    -------
-    Verdicts
-    """
-    lengths, count = paced.lengths, len(asked)
-    first = np.concatenate([[0], np.cumsum(lengths[asked])])
-    paths = paced.paths[np.repeat(asked, lengths)]
-    kinds, frames, items = np.full((3, count), ALLOWED, dtype=np.int64)
-    found = Verdicts(kinds, frames, items, np.full(count, np.nan))
-    some = judge(arm, Paced(paths, first, paced.scales[asked], paced.rate_hz))
-    for whole, part in zip(found, some, strict=True):
-        whole[asked] = part
     return found

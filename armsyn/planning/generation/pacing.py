@@ -21,6 +21,9 @@ IntArray = NDArray[np.int64]
 SHORTEST_S = 0.02
 """No reach is taken to be shorter."""
 
+EASE = Ease(2.0 * timing.CUT_TIME, timing.CUT_SPEED)
+"""From rest, and to it."""
+
 LEAST_HZ = 200.0
 """Rate at which limits are held at least: between coarser frames a motion could break them."""
 
@@ -75,20 +78,19 @@ def pace(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz
     motions = np.ascontiguousarray(angles, dtype=np.float64)
     count = len(motions)
     frames, scales = np.empty(count, dtype=np.int64), np.empty(count)
-    ease = Ease(2.0 * timing.CUT_TIME, timing.CUT_SPEED)
     pace_reaches(
         motions,
         np.maximum(durations, SHORTEST_S),
         RateLimits(*timing.Rates.of(arm)),
         float(rate_hz),
         max(1, round(timing.JERK_SPAN * rate_hz)),
-        ease,
+        EASE,
         frames,
         scales,
     )
     first = np.concatenate([[0], np.cumsum(frames)])
     paths = np.empty((int(first[-1]), motions.shape[2]))
-    sample_reaches(motions, ease, first, paths)
+    sample_reaches(motions, EASE, first, paths)
     return Paced(paths, first, scales, rate_hz)
 
 
