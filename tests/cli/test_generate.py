@@ -18,6 +18,8 @@ import armsyn
 from armsyn.planning.generation.order import NOTES
 from tests.cli.commands import PATIENCE, Outcome, run
 
+pytestmark = pytest.mark.usefixtures("compiled")
+
 Call = Callable[..., Outcome]
 MINJERK = ("--arm", "human7", "--plan", "minjerk", "--rate", 50)
 BOX = ("--box", "0.15:0.6", "-0.45:0.35", "-0.5:0.3")

@@ -14,6 +14,8 @@ import pytest
 from armsyn.arm import load_arm
 from tests.cli.commands import Outcome
 
+pytestmark = pytest.mark.usefixtures("compiled")
+
 Call = Callable[..., Outcome]
 MINJERK = ("generate", "--arm", "human7", "--plan", "minjerk", "--rate", 50)
 GRID = ("--grid", "0.3:0.35:2", "-0.1", "-0.2:-0.15:2", "--chunk", 2)

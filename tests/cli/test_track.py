@@ -22,6 +22,8 @@ from armsyn.cli.track_words import printable
 from armsyn.driver import Ending, load_recording
 from tests.cli.commands import Outcome
 
+pytestmark = pytest.mark.usefixtures("compiled")
+
 Call = Callable[..., Outcome]
 Feed = Callable[..., None]
 RATE = ("--rate", "50")
