@@ -31,6 +31,8 @@ _LONGEST_REMARK = 1000
 
 def is_reaches(path: Path) -> bool:
     """Return whether a file is a chunk of reaches."""
+    if not path.is_file():
+        return False  # a pipe would wait for ever; what reads it says why
     try:
         with path.open(encoding="utf-8-sig", errors="replace") as file:
             while (line := file.readline(_LONGEST_REMARK)).startswith("#"):
