@@ -86,7 +86,8 @@ def tried(
 ) -> Tried:
     """Slow many motions, and say which of them an arm may follow.
 
-    As `pace`, `judge` and `uneven_reaches` of `armsyn.planning.generation` do, in one call.
+    Each is eased, slowed and sampled as `armsyn.planning.timing.in_time` does one, and judged as
+    `armsyn.safety.check_trajectory` and `uneven_speed` judge one.
 
     Parameters
     ----------

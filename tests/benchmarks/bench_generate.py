@@ -35,9 +35,8 @@ from armsyn.arm import ArmDescription, load_arm
 from armsyn.errors import ArmsynError
 from armsyn.ik import optimiser_settings
 from armsyn.kernels import rollout
-from armsyn.planning.generation import judge, pace
+from armsyn.planning.allowed import tried
 from armsyn.planning.generation.batch import Recipe, make_batch
-from armsyn.planning.generation.bells import uneven_reaches
 from armsyn.planning.generation.cluster import connected, each_on_cluster
 from armsyn.planning.generation.memory import keep_memory
 from armsyn.planning.generation.order import Order, sent_order
@@ -96,20 +95,17 @@ def timed(call: Callable[[], object], rounds: int = ROUNDS) -> float:
 def parts(recipe: Recipe) -> dict[str, float]:
     """Seconds a reach of each part of the work, on one core, and of all of it.
 
-    Parts are timed by themselves, of reaches as they are predicted: what is left of all is ranges,
-    joining, and the trying otherwise of reaches that do not pass.
+    Parts are timed by themselves, of reaches as they are predicted: what is left of all is joining,
+    and the trying otherwise of reaches that do not pass.
     """
     targets, *_ = recipe.targets.some(0, BATCH)
     starts = np.tile(recipe.start, (BATCH, 1))
     predicted = recipe.predictor.predict(starts, targets)
-    paced = pace(recipe.arm, predicted.angles, predicted.durations, recipe.rate_hz)
-    chain = recipe.arm.chain
+    motions = (recipe.arm, predicted.angles, predicted.durations, recipe.rate_hz)
     calls = {
         "targets": lambda: recipe.targets.some(0, BATCH),
         "prediction": lambda: recipe.predictor.predict(starts, targets),
-        "pacing": lambda: pace(recipe.arm, predicted.angles, predicted.durations, recipe.rate_hz),
-        "judging": lambda: judge(recipe.arm, paced),
-        "bells": lambda: uneven_reaches(chain, paced),
+        "pacing and judging": lambda: tried(*motions),
         "all": lambda: make_batch(recipe, 0, BATCH),
     }
     spent = {name: timed(call) / BATCH for name, call in calls.items()}

@@ -10,8 +10,7 @@ from armsyn.kernels.judging import ALLOWED
 from armsyn.kernels.pacing import fill_beyond, hold_within
 from armsyn.planning.allowed import SWING, tried
 from armsyn.planning.bending import INSIDE
-from armsyn.planning.generation import judge, pace
-from armsyn.planning.generation.bells import uneven_reaches
+from tests.planning.apart import judge, pace, uneven_reaches
 
 COUNT, RATE_HZ = 60, 200.0
 

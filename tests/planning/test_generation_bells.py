@@ -12,8 +12,7 @@ from armsyn.kernels import bells
 from armsyn.motion.filtering import hand_speed
 from armsyn.motion.peaks import count_peaks
 from armsyn.planning.evenness import uneven_speed
-from armsyn.planning.generation.bells import uneven_reaches
-from armsyn.planning.generation.pacing import pace
+from tests.planning.apart import pace, uneven_reaches
 
 ROWS = range(120)
 PHASE = np.linspace(0.0, 1.0, 101)

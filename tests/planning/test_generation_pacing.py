@@ -11,8 +11,9 @@ from armsyn.errors import CollisionError, LimitError
 from armsyn.kernels import judging
 from armsyn.motion import Motion
 from armsyn.planning import timing
-from armsyn.planning.generation import Paced, Verdicts, judge, pace
+from armsyn.planning.generation import Paced, Verdicts
 from armsyn.safety import check_trajectory
+from tests.planning.apart import judge, pace
 
 FloatArray = NDArray[np.float64]
 ARMS = ["human7", "widowx_250s", "openmanipulator_x", "koch", "reachy_right"]

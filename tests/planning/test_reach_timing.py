@@ -7,8 +7,8 @@ from scipy.interpolate import CubicSpline
 from armsyn.arm import ArmDescription, load_arm
 from armsyn.errors import LimitError
 from armsyn.planning import planner_for
-from armsyn.planning.generation import pace
 from armsyn.planning.timing import CUT_TIME, PhasePath, in_time, phases
+from tests.planning.apart import pace
 
 PHASE = np.linspace(0.0, 1.0, 101)
 RATE = 200.0

@@ -1,4 +1,4 @@
-"""Many reaches judged as `armsyn.safety.check_trajectory` judges one, compiled."""
+"""What is said of many reaches that are judged as `armsyn.safety.check_trajectory` judges one."""
 
 from __future__ import annotations
 
@@ -8,11 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.arm import ArmDescription
-from armsyn.kernels.judging import Tolerances, judge_reaches
-from armsyn.kernels.rates import RateLimits
-from armsyn.planning.generation.pacing import Paced
-from armsyn.safety import Clearances, collision, limits, trajectory
+from armsyn.kernels.judging import Tolerances
+from armsyn.safety import collision, limits, trajectory
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -50,42 +47,3 @@ def tolerances_at(rate_hz: float) -> Tolerances:
         leaving=collision.LEAVING,
         resolution=collision.RESOLUTION,
     )
-
-
-def judge(arm: ArmDescription, paced: Paced) -> Verdicts:
-    """Hold reaches against an arm's ranges, speeds, accelerations, jerks and shapes.
-
-    A contact in which a reach starts may be left, as with ``check_collision(leaving=True)``.
-
-    Parameters
-    ----------
-    arm : ArmDescription
-    paced : Paced
-        A reach without frames is not judged.
-
-    Returns
-    -------
-    Verdicts
-
-    Raises
-    ------
-    InputError
-        Shapes of the arm that touch at rest.
-    """
-    count = len(paced.scales)
-    clearances = Clearances.of(arm)
-    kinds, frames, items = np.empty((3, count), dtype=np.int64)
-    found = Verdicts(kinds, frames, items, np.empty(count))
-    judge_reaches(
-        arm.chain.arrays,
-        clearances.solids.arrays,
-        clearances.solids.reach,
-        clearances.required,
-        RateLimits(arm.max_velocity, arm.max_acceleration, arm.max_jerk),
-        float(paced.rate_hz),
-        tolerances_at(paced.rate_hz),
-        paced.first,
-        paced.paths,
-        *found,
-    )
-    return found

@@ -1,4 +1,4 @@
-"""Many motions made samples that an arm can follow: `armsyn.planning.timing`, compiled."""
+"""Many reaches as samples that an arm can follow, one after another."""
 
 from __future__ import annotations
 
@@ -9,9 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.arm import ArmDescription
-from armsyn.kernels.pacing import pace_reaches, sample_reaches
-from armsyn.kernels.rates import RateLimits
 from armsyn.kernels.sampling import Ease
 from armsyn.planning import timing
 
@@ -57,41 +54,6 @@ class Paced:
     def path(self, reach: int) -> FloatArray:
         """Return one reach, shape (frames, n); a view."""
         return self.paths[self.first[reach] : self.first[reach + 1]]
-
-
-def pace(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz: float) -> Paced:
-    """Ease, slow and sample many motions, each as `armsyn.planning.timing.in_time` does one.
-
-    Parameters
-    ----------
-    arm : ArmDescription
-    angles : array, shape (M, phases, n)
-        At equal steps of phase, rad or m; at least 4 phases, finite.
-    durations : array, shape (M,)
-        s from the first to the last, as a person moves.
-    rate_hz : float
-
-    Returns
-    -------
-    Paced
-    """
-    motions = np.ascontiguousarray(angles, dtype=np.float64)
-    count = len(motions)
-    frames, scales = np.empty(count, dtype=np.int64), np.empty(count)
-    pace_reaches(
-        motions,
-        np.maximum(durations, SHORTEST_S),
-        RateLimits(*timing.Rates.of(arm)),
-        float(rate_hz),
-        max(1, round(timing.JERK_SPAN * rate_hz)),
-        EASE,
-        frames,
-        scales,
-    )
-    first = np.concatenate([[0], np.cumsum(frames)])
-    paths = np.empty((int(first[-1]), motions.shape[2]))
-    sample_reaches(motions, EASE, first, paths)
-    return Paced(paths, first, scales, rate_hz)
 
 
 def thinning(rate_hz: float) -> int:
