@@ -3,6 +3,7 @@
 import os
 import pty
 import re
+import select
 import signal
 import subprocess
 import sys
@@ -25,6 +26,13 @@ def ping(port: str, baud: int = 57_600) -> bytes:
     with serial.Serial(port, baud, timeout=2.0) as client:
         client.write(PING)
         return client.read(14)
+
+
+def hung_up(client: int) -> bool:
+    """Whether nobody serves an open port any more."""
+    asked = select.poll()
+    asked.register(client, 0)
+    return any(event & select.POLLHUP for _, event in asked.poll(0))
 
 
 def refused(*arguments: str) -> str:
@@ -50,7 +58,12 @@ def test_the_first_line_is_the_port_and_a_client_can_open_it_again_and_again() -
         assert port.startswith("/dev/pts/")
         for _ in range(3):
             assert ping(port)[:5] == b"\xff\xff\xfd\x00\x01"
-    assert not Path(port).exists()
+        client = os.open(port, os.O_RDWR | os.O_NOCTTY)
+        assert not hung_up(client)
+    try:  # whether the name is there says nothing: the next terminal takes its number
+        assert hung_up(client)
+    finally:
+        os.close(client)
 
 
 def test_it_says_that_it_is_a_simulation_and_ends_with_standard_input() -> None:
