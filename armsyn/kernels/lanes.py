@@ -7,6 +7,7 @@ the generated code marks as doubtful is left to the caller, who has the plain ke
 from __future__ import annotations
 
 import itertools
+import math
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import NamedTuple
@@ -16,6 +17,7 @@ import numpy as np
 
 from armsyn.kernels.chain import ChainArrays
 from armsyn.kernels.compiled import Play, compiled
+from armsyn.kernels.compiling import kernel
 from armsyn.kernels.generator import WIDTH, Output, Plan, polynomial_ranges, rows_of
 from armsyn.kernels.optimisers import OptimiserSettings
 from armsyn.kernels.plain import Synergies, Task, Timing, ramp_value, roll_out
@@ -138,33 +140,64 @@ def play_lanes(
     return played
 
 
+@kernel
 def _slots(motions: IntArray) -> IntArray:
     """Lanes of each block, shape (blocks, WIDTH): of one motion, the first again for the rest."""
-    order = np.argsort(motions, kind="stable")
     counts = np.bincount(motions)
-    padding = -counts % WIDTH
-    before = np.cumsum(padding) - padding
-    slots = np.full(motions.size + padding.sum(), -1)
-    slots[np.arange(motions.size) + before[motions[order]]] = order
-    blocks = slots.reshape(-1, WIDTH)
-    return np.where(blocks < 0, blocks[:, :1], blocks)
+    first = np.zeros(counts.size + 1, dtype=np.int64)
+    for motion in range(counts.size):
+        first[motion + 1] = first[motion] + (counts[motion] + WIDTH - 1) // WIDTH
+    slots = np.empty((first[-1], WIDTH), dtype=np.int64)
+    placed = np.zeros(counts.size, dtype=np.int64)
+    for lane in range(motions.size):
+        motion = motions[lane]
+        block, place = divmod(placed[motion], WIDTH)
+        if place == 0:
+            slots[first[motion] + block] = lane
+        slots[first[motion] + block, place] = lane
+        placed[motion] += 1
+    return slots
 
 
 def _states(
     plan: Plan, timing: Timing, synergies: Synergies, tasks: Tasks, slots: IntArray
 ) -> FloatArray:
     """State of every block before its first frame, shape (blocks, rows WIDTH)."""
+    state = np.zeros((slots.shape[0], rows_of(plan).size, WIDTH))
+    ranges = polynomial_ranges(plan.chain)
+    _fill_states(slots, synergies, timing.dt, ranges, tasks.starts, tasks.targets, state)
+    return state.reshape(slots.shape[0], -1)
+
+
+@kernel
+def _fill_states(
+    slots: IntArray,
+    synergies: Synergies,
+    dt: float,
+    ranges: FloatArray,
+    starts: FloatArray,
+    targets: FloatArray,
+    state: FloatArray,
+) -> None:
+    """Fill state, shape (blocks, rows, WIDTH), as `rows_of` says; infinite powers are doubtful."""
     gains, slopes, offsets = synergies
-    rows = rows_of(plan)
-    with np.errstate(over="ignore"):
-        powers, decays = np.exp(offsets), np.exp(-slopes * timing.dt)
-    # Infinite powers make a lane doubtful at once
-    powers[np.isfinite(offsets) & (offsets < _LEAST_OFFSET)] = np.inf
-    powers[~(np.abs(tasks.starts) <= polynomial_ranges(plan.chain)).all(axis=1)] = np.inf
-    state = np.zeros((tasks.motions.size, rows.size))
-    parts = (tasks.starts, gains, powers, decays, tasks.targets)
-    np.concatenate(parts, axis=1, out=state[:, : rows.doubt])
-    return np.ascontiguousarray(state[slots].transpose(0, 2, 1)).reshape(slots.shape[0], -1)
+    n, k = gains.shape[1], slopes.shape[1]
+    for block in range(slots.shape[0]):
+        for place in range(WIDTH):
+            lane = slots[block, place]
+            within = True
+            for j in range(n):
+                state[block, j, place] = starts[lane, j]
+                state[block, n + j, place] = gains[lane, j]
+                within &= abs(starts[lane, j]) <= ranges[j]
+            for j in range(k):
+                offset = offsets[lane, j]
+                small = -np.inf < offset < _LEAST_OFFSET
+                power = math.exp(offset) if within and not small else np.inf
+                state[block, 2 * n + j, place] = power
+                state[block, 2 * n + k + j, place] = math.exp(-slopes[lane, j] * dt)
+            for j in range(3):
+                state[block, 2 * n + 2 * k + j, place] = targets[lane, j]
 
 
 def _play(
@@ -205,6 +238,8 @@ def _factors(timing: Timing, frames: int) -> FloatArray:
 
 def _parts(frames: IntArray) -> list[tuple[int, int]]:
     """First and last of the blocks that each thread plays, of about equal numbers of frames."""
+    if frames.size == 1:
+        return [(0, 1)]
     work = np.cumsum(frames)
     most = int(work[-1]) * WIDTH // _LEAST_SHARE
     threads = max(min(numba.get_num_threads(), most, frames.size), 1)
