@@ -78,4 +78,4 @@ def _peaks(chain: SerialChain, angles: FloatArray, durations: FloatArray) -> Flo
         time = np.linspace(0.0, duration, max(round(duration * RATE_HZ), 1) + 1)
         paths.append(tips(chain, interpolate(PHASE * duration, motion, time)))
     first = np.concatenate([[0], np.cumsum([len(path) for path in paths])])
-    return np.asarray(peaks_of(np.concatenate(paths), first, RATE_HZ))
+    return np.asarray(peaks_of(np.concatenate(paths), first, RATE_HZ, np.ones(len(paths))))

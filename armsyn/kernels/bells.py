@@ -128,15 +128,35 @@ def peaks_along(hand: FloatArray, rate: float, measure: Measure) -> int:
 
 
 @kernel
+def peaks_at_both(hand: FloatArray, rate: float, scale: float, measure: Measure) -> int:
+    """Count peaks of a reach slowed `scale` times, as it is played and as a person would: the more.
+
+    What makes a peak is a rise in m/s: slowed enough, a hand could stop half way and have one.
+    """
+    count = peaks_along(hand, rate, measure)
+    if count <= 1 and scale > 1.0:
+        count = max(count, peaks_along(hand, rate * scale, measure))
+    return count
+
+
+@kernel
 def count_each(
-    hands: FloatArray, first: IntArray, rate: float, measure: Measure, counts: IntArray
+    hands: FloatArray,
+    first: IntArray,
+    rate: float,
+    scales: FloatArray,
+    measure: Measure,
+    counts: IntArray,
 ) -> None:
-    """Fill how many peaks the filtered speeds of hands, shape (all frames, 3), have, shape (M,)."""
+    """Fill how many peaks the filtered speeds of hands, shape (all frames, 3), have, shape (M,).
+
+    Each is slowed so many times as `scales`, shape (M,), has it; see `peaks_at_both`.
+    """
     for m in range(counts.shape[0]):
         counts[m] = 0
         if first[m + 1] - first[m] > 1:
             hand = np.ascontiguousarray(hands[first[m] : first[m + 1]].T)
-            counts[m] = peaks_along(hand, rate, measure)
+            counts[m] = peaks_at_both(hand, rate, scales[m], measure)
 
 
 @kernel
@@ -145,13 +165,14 @@ def count_along(
     paths: FloatArray,
     first: IntArray,
     rate: float,
+    scales: FloatArray,
     measure: Measure,
     counts: IntArray,
 ) -> None:
-    """Fill how many peaks the speeds of hands along paths, shape (all frames, n), have."""
+    """Fill how many peaks hands along paths, shape (all frames, n), have; see `count_each`."""
     for m in range(counts.shape[0]):
         counts[m] = 0
         if first[m + 1] - first[m] > 1:
             hand = np.empty((3, first[m + 1] - first[m]))
             fill_tips(chain, paths[first[m] : first[m + 1]], hand)
-            counts[m] = peaks_along(hand, rate, measure)
+            counts[m] = peaks_at_both(hand, rate, scales[m], measure)

@@ -23,9 +23,8 @@ from armsyn.kernels.vectors import WIDTH
 
 LONGEST_S = 3600.0
 """What would take longer is not slowed any further."""
-_MOST_SCALINGS = 40
-_LEAST_SCALING = 1.01
-_HOPELESS = 1e3
+MOST_SCALINGS = 40
+LEAST_SCALING = 1.01
 
 
 @kernel
@@ -66,7 +65,7 @@ def pace_reaches(
         Frames over which a jerk is taken.
     ease : Ease
     frames : array of int, shape (M,)
-        Filled; 0 for a reach that `_MOST_SCALINGS` do not slow enough, that would take
+        Filled; 0 for a reach that `MOST_SCALINGS` do not slow enough, that would take
         `LONGEST_S`, or that is not finite.
     scales : array, shape (M,)
         Filled: how many times as long each takes, at least 1.
@@ -78,7 +77,7 @@ def pace_reaches(
         start, end = ramps_of(spline.slopes, ease)
         frames[m] = 0
         scales[m] = 1.0
-        for _ in range(_MOST_SCALINGS):
+        for _ in range(MOST_SCALINGS):
             time = (1.0 + 0.5 * (start + end)) * durations[m] * scales[m]
             if not time < LONGEST_S:
                 break
@@ -92,9 +91,9 @@ def pace_reaches(
             if excess <= 1.0:
                 frames[m] = count
                 break
-            if not excess < _HOPELESS:
+            if not excess < np.inf:
                 break
-            scales[m] *= max(excess, _LEAST_SCALING)
+            scales[m] *= max(excess, LEAST_SCALING)
 
 
 @kernel

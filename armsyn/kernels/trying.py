@@ -95,7 +95,7 @@ def try_reaches(
     paths = np.empty((first[count], n))
     sample_reaches(motions, ease, first, paths)
     hold_within(lower, upper, bounds.swing, first, paths, found.swung)
-    count_along(chain, paths, first, rate, measure, found.peaks)
+    count_along(chain, paths, first, rate, found.scales, measure, found.peaks)
     for m in range(count):
         found.kinds[m] = ALLOWED
         if in_bells and (found.beyond[m] or found.swung[m] or found.peaks[m] > 1):

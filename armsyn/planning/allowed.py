@@ -15,9 +15,9 @@ from armsyn.kernels.trying import Bounds, Outcomes, try_reaches
 from armsyn.planning.bending import INSIDE, leaves_range, within_ranges
 from armsyn.planning.evenness import measure_of, uneven_speed
 from armsyn.planning.generation.judging import Verdicts, tolerances_at
-from armsyn.planning.generation.pacing import EASE, SHORTEST_S, Paced
+from armsyn.planning.generation.pacing import EASE, Paced
 from armsyn.planning.planned import trajectory_of
-from armsyn.planning.timing import Rates, in_time
+from armsyn.planning.timing import SHORTEST_S, Rates, in_time
 from armsyn.safety import Clearances, check_trajectory
 
 FloatArray = NDArray[np.float64]
@@ -63,7 +63,7 @@ class Tried(NamedTuple):
         On them, but for bells and ranges, to which they are clipped; `ALLOWED` of those that
         were not judged.
     allowed, uneven : array of bool, shape (M,)
-        Which may be followed, and which but for more than one bell.
+        Which may be followed, and which but for more than one bell; no such one `in_bells`.
     beyond, swung : array of bool, shape (M,)
         Which leave the ranges, or whose splines do by more than `SWING`: those are neither.
     """
@@ -132,9 +132,10 @@ def tried(
     )
     verdicts = Verdicts(kinds, frames, items, values)
     good = (kinds == ALLOWED) & (first[1:] > first[:-1]) & ~(beyond | swung)
-    uneven = peaks > 1
+    is_bell = peaks <= 1
+    uneven = good & ~is_bell & (not in_bells)  # what was not judged may be wrong otherwise, too
     return Tried(
-        Paced(paths, first, scales, rate_hz), verdicts, good & ~uneven, good & uneven, beyond, swung
+        Paced(paths, first, scales, rate_hz), verdicts, good & is_bell, uneven, beyond, swung
     )
 
 
@@ -173,13 +174,18 @@ def checked(arm: ArmDescription, angles: FloatArray, duration: float, rate_hz: f
     if not found.allowed[0]:
         if not len(samples) or found.swung[0]:  # which is refused, by the joint's name
             samples, scale = in_time(bent, duration, arm, rate_hz)
-        if refused := _why_not(arm, bent, samples, rate_hz, found):
+        if refused := _why_not(arm, bent, samples, scale, rate_hz, found):
             raise refused
     return Finished(samples, scale)
 
 
 def _why_not(
-    arm: ArmDescription, bent: FloatArray, samples: FloatArray, rate_hz: float, found: Tried
+    arm: ArmDescription,
+    bent: FloatArray,
+    samples: FloatArray,
+    scale: float,
+    rate_hz: float,
+    found: Tried,
 ) -> RefusedMotionError | None:
     """Say in the driver's own words what is against a motion; None where that is by rounding."""
     if outside := leaves_range(arm.chain, bent):
@@ -194,4 +200,4 @@ def _why_not(
             check_trajectory(trajectory_of(arm, samples, positions, rate_hz, "the reach"), arm)
     except RefusedMotionError as refused:
         return refused
-    return uneven_speed(positions[:, -1], rate_hz)
+    return uneven_speed(positions[:, -1], rate_hz, scale)

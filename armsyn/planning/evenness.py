@@ -2,7 +2,8 @@
 
 They are those of `armsyn.scoring`, of the whole reach: the hand's speed through the project's
 filter (`armsyn.motion.filtering.hand_speed`), from rest to rest. A dip below what counts as the
-movement's onset does not end it here, for a second bell behind it is one.
+movement's onset does not end it here, for a second bell behind it is one. An arm that has to be
+slow is held to that at a person's pace, too: otherwise it would stop on its way unnoticed.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ class UnevenError(RefusedMotionError):
         self.peaks = peaks
 
 
-def uneven_speed(hand: FloatArray, rate_hz: float) -> UnevenError | None:
+def uneven_speed(hand: FloatArray, rate_hz: float, scale: float = 1.0) -> UnevenError | None:
     """Return the refusal of a motion whose hand speeds up more than once; None for a bell.
 
     Parameters
@@ -46,8 +47,10 @@ def uneven_speed(hand: FloatArray, rate_hz: float) -> UnevenError | None:
     hand : array, shape (frames, 3)
         m, at `rate_hz`; at rest before and after.
     rate_hz : float
+    scale : float
+        kappa, how many times it has been slowed.
     """
-    peaks = int(peaks_of(hand, np.array([0, len(hand)]), rate_hz)[0])
+    peaks = int(peaks_of(hand, np.array([0, len(hand)]), rate_hz, np.array([scale]))[0])
     if peaks <= 1:
         return None
     return UnevenError(
@@ -55,7 +58,7 @@ def uneven_speed(hand: FloatArray, rate_hz: float) -> UnevenError | None:
     )
 
 
-def peaks_of(paths: FloatArray, first: IntArray, rate_hz: float) -> IntArray:
+def peaks_of(paths: FloatArray, first: IntArray, rate_hz: float, scales: FloatArray) -> IntArray:
     """Count the peaks of many hands' speeds.
 
     Parameters
@@ -65,13 +68,16 @@ def peaks_of(paths: FloatArray, first: IntArray, rate_hz: float) -> IntArray:
     first : array of int, shape (M + 1,)
         Where each begins; the last is where all end.
     rate_hz : float
+    scales : array, shape (M,)
+        kappa of each.
 
     Returns
     -------
     array of int, shape (M,)
+        The more of those at the rate and those at a person's pace.
     """
     counts, rate = np.empty(len(first) - 1, dtype=np.int64), float(rate_hz)
-    count_each(np.ascontiguousarray(paths), first, rate, measure_of(rate), counts)
+    count_each(np.ascontiguousarray(paths), first, rate, scales, measure_of(rate), counts)
     return counts
 
 

@@ -34,7 +34,7 @@ from armsyn.planning.generation.pacing import thinning
 from armsyn.planning.nearest import NearestReaches
 from armsyn.planning.planned import PlannedReach
 from armsyn.planning.posing import HandOrientation, HandTask
-from armsyn.planning.timing import MOST_SCALINGS, Rates, too_fast, too_long
+from armsyn.planning.timing import Rates, too_fast, too_long
 from armsyn.safety import check_collision
 from armsyn.synergy import LearnedReach, SynergyLibrary, SynergySet
 from armsyn.synergy.controller import LIMIT_RATE, RAMP_S, Controller, RollOut
@@ -160,12 +160,12 @@ class SynergyPlanner:
         """Slow a roll-out until the arm's limits hold; refuse it where it touches."""
         rolled, scale = arrived.rolled, 1.0
         start, rates = rolled.angles[0], Rates.of(self.arm)
-        for _ in range(MOST_SCALINGS):
+        for _ in range(pacing.MOST_SCALINGS):
             excess = rates.excess(rolled.angles, rate_hz)
             worst = int(excess.argmax())
             if excess[worst] <= 1.0:
                 break
-            scale *= max(float(excess[worst]), 1.01)
+            scale *= max(float(excess[worst]), pacing.LEAST_SCALING)
             if rolled.time[-1] * scale > pacing.LONGEST_S:
                 raise too_long(self.arm, worst, float(rolled.time[-1]) * scale)
             rolled = self._roll(start, task.goal, arrived.synergy, rate_hz, scale)
@@ -175,7 +175,7 @@ class SynergyPlanner:
             raise self._why_not(start, task.goal, rolled)
         if collision := check_collision(rolled.angles, self.arm, leaving=True):
             raise collision
-        if uneven := uneven_speed(rolled.positions[:, -1], rate_hz):
+        if uneven := uneven_speed(rolled.positions[:, -1], rate_hz, scale):
             raise uneven
         return Finished(rolled.angles, scale)
 

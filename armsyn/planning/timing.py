@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import LimitError
-from armsyn.kernels.pacing import LONGEST_S
+from armsyn.kernels.pacing import LEAST_SCALING, LONGEST_S, MOST_SCALINGS
+from armsyn.safety.trajectory import JERK_SPAN
 
 FloatArray = NDArray[np.float64]
 
@@ -30,11 +31,8 @@ CUT_TIME = 0.5 * (1.0 / 0.88113 - 1.0)
 """What that cut takes off a minimum-jerk reach on either side, as a share of what it leaves: 5 % of
 its peak speed is passed at 5.94 % of its time (Flash and Hogan, 1985, eq. 6)."""
 
-JERK_SPAN = 0.005
-"""s over which a jerk is taken at least, as `armsyn.safety.check_trajectory` does."""
-
-MOST_SCALINGS = 40
-_SHORTEST_S = 0.02
+SHORTEST_S = 0.02
+"""No reach is taken to be shorter."""
 
 
 class Timed(NamedTuple):
@@ -122,7 +120,7 @@ def in_time(angles: FloatArray, duration: float, arm: ArmDescription, rate_hz: f
     """
     path, scale = PhasePath(angles), 1.0
     start, end = path.ramps()
-    duration = max(duration, _SHORTEST_S)
+    duration = max(duration, SHORTEST_S)
     limits, worst = Rates.of(arm), 0
     for _ in range(MOST_SCALINGS):
         time = (1.0 + 0.5 * (start + end)) * duration * scale
@@ -134,7 +132,7 @@ def in_time(angles: FloatArray, duration: float, arm: ArmDescription, rate_hz: f
         worst = int(excess.argmax())
         if excess[worst] <= 1.0:
             return Timed(sampled, scale)
-        scale *= max(float(excess[worst]), 1.01)
+        scale *= max(float(excess[worst]), LEAST_SCALING)
     raise too_fast(arm, worst, float(excess[worst]), scale)
 
 

@@ -21,6 +21,7 @@ from armsyn.ik import optimiser_settings
 from armsyn.kernels.arm_numbers import packed
 from armsyn.kernels.following import POSTURE, VELOCITY, Followed, follow
 from armsyn.kernels.law import HAND, JOINTS, RAMP, Law
+from armsyn.kernels.pacing import LEAST_SCALING, MOST_SCALINGS
 from armsyn.kernels.ticking import tick
 from armsyn.planning.checking import checked_target, out_of_reach, where
 from armsyn.planning.end_posture import end_posture
@@ -41,8 +42,8 @@ LONGEST_S = 8.0
 """Longest reach before slowing, s."""
 
 SLOWED_S = 60.0
-"""No law is slowed to take longer than that, s: near a singular posture it would take minutes, and
-planning it seconds. What it lacks then of the limits, the guard of every step does."""
+"""No law is slowed to take longer, s: near a singular posture it would take minutes, and planning
+it seconds. Where no other synergy serves, the guard of every step bends its way instead."""
 
 HEADROOM = 0.9
 """Share of the limits that a law is slowed to; the rest is for the velocity that is carried over
@@ -51,7 +52,6 @@ and for corrections by what is measured."""
 GUARD = 0.95
 """Share of the limits that every step keeps, whatever the law asks for."""
 
-_MOST_SCALINGS = 40
 _LOOKED_AT = 2
 """Every such posture of a way is looked at for collisions, and what lies between."""
 
@@ -147,6 +147,7 @@ class LawPlanner:
         """
         task = HandTask(checked_target(target), orientation)
         missed, refused = np.inf, None  # how near the others come; the first that collides
+        bent = None  # the first that would be too slow
         here = seen(state)
         hand = self.arm.chain.forward(here).tip
         for candidate in candidates(self.sources, here, hand, task, going):
@@ -164,15 +165,20 @@ class LawPlanner:
                     raise beyond
                 missed = min(missed, quick.distance)
                 continue
-            slowed, law = self._slowed(state, task, candidate, ending)
+            slowed, law, is_slow = self._slowed(state, task, candidate, ending)
             path, done = self._played(law, state)
             if done.distance > TOLERANCE_M or not self._turned(task, path[-1]):
-                missed = min(missed, done.distance)
+                missed = missed if is_slow else min(missed, done.distance)
                 continue
             if collision := self._collision(path):
                 refused = refused or collision
                 continue
-            return PlannedLaw(law, task, slowed, path, len(path) * STEP_S)
+            planned = PlannedLaw(law, task, slowed, path, len(path) * STEP_S)
+            if not is_slow:
+                return planned
+            bent = bent or planned
+        if bent:
+            return bent
         raise refused or self._why_not(task, float(missed))
 
     def _turned(self, task: HandTask, posture: FloatArray) -> bool:
@@ -186,12 +192,16 @@ class LawPlanner:
         return check_collision(some, self.arm, leaving=True)
 
     def _why_not(self, task: HandTask, missed: float) -> UnreachableError:
+        slow, other = f"would take more than {SLOWED_S:.0f} s", "go by way of another target"
         turned = "" if task.orientation is None else ", or turned wrongly"
+        but = f"it {slow}: allow it more (by a smaller --slower), or {other}"
+        if missed < np.inf:
+            away = f"the hand stays {missed * 100:.1f} cm or more away from it"
+            but = f"{away}{turned}, or {slow}: try another --ik, or {other}"
         return UnreachableError(
             f"target {where(task.goal)} is within reach of {self.arm.name}, but with every learned"
-            f" synergy the hand stays {missed * 100:.1f} cm or more away from it{turned}, or would"
-            f" be slower than {SLOWED_S:.0f} s: try another --ik, or go by way of another target",
-            missed,
+            f" synergy {but}",
+            missed if missed < np.inf else 0.0,
         )
 
     def _slowed(
@@ -200,19 +210,24 @@ class LawPlanner:
         task: HandTask,
         candidate: Candidate,
         ending: FloatArray | None,
-    ) -> tuple[Candidate, Law]:
-        """Slow a law until it keeps the limits, or as far as that helps: every step keeps them."""
-        before = np.inf
-        for _ in range(_MOST_SCALINGS):
+    ) -> tuple[Candidate, Law, bool]:
+        """Slow a law until it keeps the limits, or as far as that helps: every step keeps them.
+
+        The last of the three says whether it would have to be slower than `SLOWED_S`.
+        """
+        before, slower = np.inf, candidate
+        for _ in range(MOST_SCALINGS):
+            candidate = slower
             law = self._maker.law(state, task, candidate, ending)
             path, played = self._played(law, state, guarded=False)
             excess = played.excess
-            longer = len(path) * STEP_S * excess
-            if excess <= 1.0 or excess > 0.995 * before or longer > SLOWED_S:
+            if excess <= 1.0 or excess > 0.995 * before:
                 break
+            if len(path) * STEP_S * excess > SLOWED_S:
+                return candidate, law, True
             before = excess
-            candidate = candidate._replace(scale=candidate.scale * max(excess, 1.01))
-        return candidate, law
+            slower = candidate._replace(scale=candidate.scale * max(excess, LEAST_SCALING))
+        return candidate, law, False
 
     def _played(
         self, law: Law, state: FloatArray, *, guarded: bool = True

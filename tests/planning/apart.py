@@ -15,7 +15,7 @@ from armsyn.planning import timing
 from armsyn.planning.evenness import measure_of
 from armsyn.planning.generation import Paced, Verdicts
 from armsyn.planning.generation.judging import tolerances_at
-from armsyn.planning.generation.pacing import EASE, SHORTEST_S
+from armsyn.planning.generation.pacing import EASE
 from armsyn.safety import Clearances
 
 FloatArray = NDArray[np.float64]
@@ -28,7 +28,7 @@ def pace(arm: ArmDescription, angles: FloatArray, durations: FloatArray, rate_hz
     frames, scales = np.empty(count, dtype=np.int64), np.empty(count)
     pace_reaches(
         motions,
-        np.maximum(durations, SHORTEST_S),
+        np.maximum(durations, timing.SHORTEST_S),
         RateLimits(*timing.Rates.of(arm)),
         float(rate_hz),
         max(1, round(timing.JERK_SPAN * rate_hz)),
@@ -66,5 +66,7 @@ def judge(arm: ArmDescription, paced: Paced) -> Verdicts:
 def uneven_reaches(chain: SerialChain, paced: Paced) -> NDArray[np.bool_]:
     """Which hands speed up more than once."""
     counts, rate = np.empty(len(paced.scales), dtype=np.int64), float(paced.rate_hz)
-    count_along(chain.arrays, paced.paths, paced.first, rate, measure_of(rate), counts)
+    count_along(
+        chain.arrays, paced.paths, paced.first, rate, paced.scales, measure_of(rate), counts
+    )
     return np.asarray(counts > 1)

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from armsyn.arm import load_arm
 from armsyn.kernels import bells
-from armsyn.motion.filtering import hand_speed
+from armsyn.motion.filtering import LOWEST_RATE, hand_speed
 from armsyn.motion.peaks import count_peaks
+from armsyn.planning.allowed import tried
 from armsyn.planning.evenness import uneven_speed
 from tests.planning.apart import pace, uneven_reaches
 
@@ -24,6 +25,12 @@ def peaks_alone(hand: np.ndarray, rate_hz: float) -> int:
     return count_peaks(profile.speed, profile.rate)
 
 
+def played_at(hand: np.ndarray, rate_hz: float, fine: float) -> np.ndarray:
+    """A way whose samples come at one rate, at another."""
+    frames = np.arange(0.0, len(hand) - 1 + 1e-3, rate_hz / fine)
+    return np.stack([np.interp(frames, np.arange(len(hand)), part) for part in hand.T], axis=1)
+
+
 @pytest.mark.parametrize("rate_hz", [20.0, 50.0, 100.0, 200.0])
 @pytest.mark.parametrize("name", ["human7", "widowx_250s"])
 def test_many_are_measured_as_one_alone(name: str, rate_hz: float) -> None:
@@ -35,7 +42,15 @@ def test_many_are_measured_as_one_alone(name: str, rate_hz: float) -> None:
     for k in range(3):
         angles = angles + waves[:, k, None] * np.sin(np.pi * (k + 1) * PHASE)[:, None] ** 2
     paced = pace(arm, angles, rng.uniform(0.3, 2.0, len(angles)), rate_hz)
-    alone = [peaks_alone(arm.chain.positions(paced.path(row))[:, -1], rate_hz) for row in ROWS]
+    fine = max(rate_hz, LOWEST_RATE)
+    hands = [arm.chain.positions(paced.path(row))[:, -1] for row in ROWS]
+    alone = [
+        max(
+            peaks_alone(hand, rate_hz),
+            peaks_alone(played_at(hand, scale * rate_hz, fine), fine),
+        )
+        for hand, scale in zip(hands, paced.scales, strict=True)
+    ]
     assert uneven_reaches(arm.chain, paced).tolist() == [peaks > 1 for peaks in alone]
     assert 12 < np.count_nonzero(np.array(alone) > 1) < 108
 
@@ -55,6 +70,17 @@ def test_a_second_bell_behind_a_stop_is_one(stop: float) -> None:
     assert refused.peaks == 2
     assert uneven_speed(two_bells(stop)[:161], 200.0) is None
     assert uneven_speed(two_bells(stop)[::20], 10.0) is not None
+
+
+@pytest.mark.parametrize("slower", [1.0, 3.0, 20.0, 200.0])
+def test_a_hand_that_stops_on_its_way_is_uneven_however_slow_the_arm_is(slower: float) -> None:
+    """At 1/200 of the speed its two bells rise by less than what counts as a peak."""
+    arm = load_arm("human7", calibrated=False).slowed(slower)
+    way = np.clip(np.minimum(2.5 * PHASE, 0.5) + np.maximum(2.5 * PHASE - 1.5, 0.0), 0.0, 1.0)
+    ways = np.array([0.6, 0.3, 0.0, 0.5, 0.0, 0.0, 0.0])
+    found = tried(arm, (arm.rest + np.outer(way, ways))[None], np.array([1.2]), 200.0)
+    assert found.uneven.tolist() == [True]
+    assert found.paced.scales[0] > 0.9 * slower
 
 
 @given(

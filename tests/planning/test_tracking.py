@@ -36,7 +36,7 @@ from armsyn.kernels.law import (
 from armsyn.motion.peaks import count_peaks
 from armsyn.planning import Pointing, Turned, planner_for
 from armsyn.planning.tracking import ReachTracker
-from armsyn.planning.tracking_plan import SLOWED_S, LawPlanner
+from armsyn.planning.tracking_plan import HEADROOM, SLOWED_S, TOLERANCE_M, LawPlanner
 from armsyn.planning.tracking_sources import sources_of
 from armsyn.planning.tracking_state import Arrival, at_rest
 from tests.driver.stepped import SteppedArm
@@ -487,6 +487,26 @@ def test_a_slow_arm_goes_the_same_way_slower() -> None:
     found, usual = (p.plan(at_rest(ARM.rest), RIGHT) for p in (slow, PLANNER))
     assert found.chosen.scale == pytest.approx(10.0 * usual.chosen.scale, rel=0.05)
     assert np.linalg.norm(ARM.chain.forward(found.path[-1]).tip - RIGHT) < 1e-3
+
+
+def test_what_would_take_minutes_whatever_the_synergy_is_refused_for_that() -> None:
+    slow = LawPlanner(ARM.slowed(60.0), PLANNER.sources)
+    with pytest.raises(UnreachableError, match="would take more than 60 s: allow it more") as told:
+        slow.plan(at_rest(ARM.rest), RIGHT)
+    assert told.value.miss_m == 0.0
+
+
+def test_another_synergy_is_taken_where_one_would_need_minutes() -> None:
+    """With the likeliest the hand passes a singular posture, and every step's own limits bend it.
+
+    What a law that is slow enough asks for stays below those.
+    """
+    arm, goal = load_arm("viperx_300s"), (-0.381, 0.303, 0.139)
+    planner = LawPlanner(arm, sources_of(arm))
+    found = planner.plan(at_rest(arm.rest), goal)
+    assert np.linalg.norm(arm.chain.forward(found.path[-1]).tip - goal) <= TOLERANCE_M
+    velocity = np.diff(found.path, axis=0) / PERIOD
+    assert (np.abs(velocity) <= (HEADROOM + 1e-6) * arm.max_velocity).all()
 
 
 def test_no_reach_is_slowed_to_minutes_by_a_singular_posture() -> None:

@@ -161,6 +161,7 @@ def make_batch(recipe: Recipe, first: int, last: int) -> Batch:
     ----------
     recipe : Recipe
     first, last : int
+        The one before the other.
 
     Returns
     -------

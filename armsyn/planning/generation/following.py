@@ -146,8 +146,10 @@ def _follow_evened(
         motions = evened(before, how) if how else before
         some = tried(arm, motions, durations[rows], rate_hz, in_bells=how is not None)
         good, again = some.allowed, some.uneven
+        few = 2 * np.count_nonzero(good) < len(good)  # which would keep the others in memory
         for place in np.flatnonzero(good).tolist():
-            found.paths[rows[place]] = some.paced.path(place)
+            path = some.paced.path(place)
+            found.paths[rows[place]] = path.copy() if few else path
         found.scales[rows[good]] = some.paced.scales[good]
         if how:
             found.evened[rows[good]] = nearer(before[good], how)

@@ -15,9 +15,6 @@ from armsyn.planning import timing
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-SHORTEST_S = 0.02
-"""No reach is taken to be shorter."""
-
 EASE = Ease(2.0 * timing.CUT_TIME, timing.CUT_SPEED)
 """From rest, and to it."""
 
