@@ -113,6 +113,11 @@ def out_of_reach(
     return None if best.success else too_far(arm, goal, best)
 
 
+def not_finite() -> UnreachableError:
+    """Return the refusal of a target that no motion is predicted to."""
+    return UnreachableError("the prediction is not finite", float("nan"))
+
+
 def too_far(arm: ArmDescription, goal: FloatArray, best: IkResult) -> UnreachableError:
     """Return the refusal of a target that no posture found reaches.
 

@@ -51,6 +51,8 @@ def end_posture(
         # what of the orientation is left once the position comes first
         found = settled(chain, HandTask(task.goal), found)
         distance, angle = task.errors(chain, found)
+        if fulfilled(task, distance, angle):
+            return found
         if distance <= TOLERANCE_M and angle < nearest:
             best, nearest = found, angle
     anywhere = reached_from(arm, start, task.goal)
@@ -104,7 +106,7 @@ def _wrongly_turned(
     wanted, left = task.orientation.angles, freedom(arm, task, best)
     miss = "is turned as asked for in no posture that was found"
     if np.isfinite(angle):
-        miss = f"comes no nearer than {np.degrees(angle):.0f} degrees to what is asked for"
+        miss = f"comes no nearer than {np.degrees(angle):.1f} degrees to what is asked for"
     why = "its joints' ranges end before"
     if left < wanted:
         count = {0: "none", 1: "one", 2: "two"}[left]

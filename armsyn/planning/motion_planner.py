@@ -14,6 +14,7 @@ from armsyn.planning.checking import (
     checked_rate,
     checked_start,
     checked_target,
+    not_finite,
 )
 from armsyn.planning.end_posture import fulfilled
 from armsyn.planning.examples import PHASES
@@ -76,6 +77,8 @@ class MotionPlanner:
         task, rate_hz = HandTask(checked_target(target), orientation), checked_rate(rate_hz)
         found = self.predictor.predict(start[None], task.goal[None])
         angles, duration = found.angles[0], float(found.durations[0])
+        if not (np.isfinite(angles).all() and np.isfinite(duration)):
+            raise not_finite()
         hand = tips(arm.chain, start[None])[0]
         distance, angle = task.errors(arm.chain, start)
         if distance <= THERE_M and fulfilled(task, distance, angle):

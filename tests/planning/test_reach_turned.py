@@ -1,5 +1,7 @@
 """Reaches that end with the hand turned as asked, and arms that cannot turn it so."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -169,3 +171,21 @@ def test_pointing_the_very_other_way_is_a_turn_of_half_a_circle(arm: ArmDescript
 def test_a_direction_has_any_length(length: float) -> None:
     direction = np.asarray(Pointing((3 * length, 4 * length, 0.0)).direction)
     np.testing.assert_allclose(direction, [0.6, 0.8, 0.0], atol=1e-3)
+
+
+def test_what_is_off_by_less_than_is_allowed_is_not_refused() -> None:
+    """Directions 3 degrees beside the plane of an arm of four joints, to be met to 10."""
+    arm, target, said = load_arm("openmanipulator_x"), np.array([0.2, 0.08, 0.15]), []
+    azimuth = np.arctan2(0.08, 0.188) + np.radians(3.0)  # from the axis of its first joint
+    for pitch in np.radians(np.arange(-60.0, 61.0, 10.0)):
+        away = from_rpy((0.0, pitch, azimuth))[:, 0]
+        wanted = Pointing(away, tolerance=np.radians(10.0))
+        try:
+            planned = planner_for(arm, "minjerk").plan(arm.rest, target, orientation=wanted)
+        except UnreachableError as error:
+            said.append(str(error))
+        else:
+            assert angle_between(points(arm, planned.angles[-1]), away) <= np.radians(10.0)
+    nearest = [re.search(r"no nearer than ([0-9.]+) degrees", words) for words in said]
+    assert all(found is None or float(found[1]) >= 10.0 for found in nearest)
+    assert len(said) <= 6

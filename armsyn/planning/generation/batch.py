@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import CollisionError, LimitError, RefusedMotionError, UnreachableError
-from armsyn.planning.checking import checked_start
+from armsyn.planning.checking import checked_start, not_finite
 from armsyn.planning.end_posture import fulfilled
 from armsyn.planning.evenness import UnevenError
 from armsyn.planning.generation.following import follow
@@ -264,7 +264,7 @@ def _allowed_starts(
 
 def _not_finite(finite: NDArray[np.bool_]) -> dict[int, RefusedMotionError]:
     return {
-        row: UnreachableError("the prediction is not finite", float("nan"))
+        row: not_finite()
         for row in np.flatnonzero(~finite).tolist()
     }
 
