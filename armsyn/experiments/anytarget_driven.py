@@ -30,7 +30,7 @@ SAME_RAD = 0.01
 _EVENED = ("evened by under 10 %", "evened by 10 to 50 %", "evened by 50 % and more")
 _WAYS = (
     "as predicted",
-    "bent into its ranges",
+    "bent into its ranges, or to its target",
     *_EVENED,
     "another swivel",
     "another swivel, evened",
@@ -130,7 +130,7 @@ def way_of(done: Finished, predicted: FloatArray) -> str:
     path = PhasePath(predicted)  # over phase, for the ramps from rest and to it bend no joint
     there = path.at(phases(len(done.angles), *path.ramps()))
     is_same = np.abs(done.angles - there).max() <= SAME_RAD
-    return "as predicted" if is_same else "bent into its ranges"
+    return "as predicted" if is_same else "bent into its ranges, or to its target"
 
 
 def _held(people: People, angles: FloatArray, duration: float) -> float:

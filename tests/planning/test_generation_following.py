@@ -60,7 +60,7 @@ def check_each(recipe: Recipe, batch: Batch) -> None:
         hand = arm.chain.positions(path)[:, -1]
         assert np.linalg.norm(hand[-1] - goals[of]) <= 1e-3
         np.testing.assert_allclose(hand[-1], batch.hands[row], rtol=0.0, atol=1e-12)
-        assert uneven_speed(hand, recipe.rate_hz) is None
+        assert uneven_speed(hand, recipe.rate_hz, batch.paced.scales[row]) is None
     made = {*batch.index.tolist(), *(refusal.index for refusal in batch.refused)}
     assert made == set(range(recipe.size))
 

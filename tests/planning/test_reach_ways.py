@@ -14,6 +14,8 @@ from armsyn.kinematics import SerialChain
 from armsyn.planning import planner_for
 from armsyn.planning.bending import leaves_range, within_ranges
 from armsyn.planning.ending import EASE
+from armsyn.planning.generation.batch import Recipe, make_batch
+from armsyn.planning.generation.targets import ListedTargets
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor
 from armsyn.planning.motion_planner import MotionPlanner
 from armsyn.planning.posing import HandTask, Pointing
@@ -71,6 +73,34 @@ def test_what_is_predicted_is_what_is_planned(arm: ArmDescription) -> None:
     wanted = arm.rest + share[:, None] * (angles[-1] - arm.rest)
     np.testing.assert_allclose(planned.angles, wanted, atol=1e-6)
     np.testing.assert_array_equal(planned.angles[0], arm.rest)
+
+
+@pytest.mark.parametrize("duration", [0.0, 1e-6])
+def test_a_reach_that_a_person_would_do_in_no_time_takes_the_arm_its_own(
+    arm: ArmDescription, duration: float
+) -> None:
+    angles = straight(arm, an_end(arm))
+    planned, usual = (
+        MotionPlanner(arm, Told(arm.chain, angles, time)).plan(arm.rest, TARGET)
+        for time in (duration, 0.1)
+    )
+    check_trajectory(planned.trajectory, arm, arm.rest)
+    assert planned.trajectory.duration == pytest.approx(usual.trajectory.duration, rel=0.03)
+
+
+@pytest.mark.parametrize(("angle", "duration"), [(np.nan, 0.8), (np.inf, 0.8), (0.0, np.nan)])
+def test_a_prediction_that_is_no_number_is_none(
+    arm: ArmDescription, angle: float, duration: float
+) -> None:
+    """Alone and among others in the same words."""
+    angles = straight(arm, an_end(arm))
+    angles[50, 2] += angle
+    predictor = Told(arm.chain, angles, duration)
+    with pytest.raises(UnreachableError, match=r"^the prediction is not finite$"):
+        MotionPlanner(arm, predictor).plan(arm.rest, TARGET)
+    targets = ListedTargets(np.array([TARGET]))
+    batch = make_batch(Recipe(arm, predictor, targets, arm.rest, 200.0), 0, 1)
+    assert [refusal.reason for refusal in batch.refused] == ["the prediction is not finite"]
 
 
 def test_an_end_that_misses_is_led_to_the_target(arm: ArmDescription) -> None:

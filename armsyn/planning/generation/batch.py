@@ -263,10 +263,7 @@ def _allowed_starts(
 
 
 def _not_finite(finite: NDArray[np.bool_]) -> dict[int, RefusedMotionError]:
-    return {
-        row: not_finite()
-        for row in np.flatnonzero(~finite).tolist()
-    }
+    return {row: not_finite() for row in np.flatnonzero(~finite).tolist()}
 
 
 def _refusal(index: int, target: FloatArray, error: RefusedMotionError) -> Refusal:
