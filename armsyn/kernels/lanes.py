@@ -165,7 +165,8 @@ def _states(
     """State of every block before its first frame, shape (blocks, rows WIDTH)."""
     state = np.zeros((slots.shape[0], rows_of(plan).size, WIDTH))
     ranges = polynomial_ranges(plan.chain)
-    _fill_states(slots, synergies, timing.dt, ranges, tasks.starts, tasks.targets, state)
+    starts = np.ascontiguousarray(tasks.starts)  # or it would be compiled for either
+    _fill_states(slots, synergies, timing.dt, ranges, starts, tasks.targets, state)
     return state.reshape(slots.shape[0], -1)
 
 

@@ -21,13 +21,15 @@ from armsyn.arm import ArmDescription
 from armsyn.errors import RefusedMotionError
 from armsyn.planning.allowed import Finished, Tried, checked, tried
 from armsyn.planning.bending import keeping_hand, leaves_range, to_end
+from armsyn.planning.checking import reached_from
 from armsyn.planning.end_posture import end_posture, fulfilled
 from armsyn.planning.ending import EASE
 from armsyn.planning.evening import EVENINGS, WHOLLY, Evening, evened, nearer
-from armsyn.planning.evenness import UnevenError
+from armsyn.planning.evenness import UnevenError, uneven_speed
+from armsyn.planning.examples import PHASES
 from armsyn.planning.generation.pacing import thinned, thinning
 from armsyn.planning.planned import PlannedReach, trajectory_of
-from armsyn.planning.posing import HandTask
+from armsyn.planning.posing import HandOrientation, HandTask, settled
 from armsyn.planning.postures import tips
 from armsyn.planning.swivel import Swivel, swivels
 from armsyn.safety import Clearances
@@ -89,6 +91,33 @@ def finished(
             if not only_uneven
         ]
     raise _told(arm, refused, others, duration, rate_hz)
+
+
+def warm_up(
+    arm: ArmDescription,
+    start: FloatArray,
+    rate_hz: float,
+    orientation: HandOrientation | None = None,
+) -> None:
+    """Compile what `finished` may need, whatever the first motions need of it.
+
+    Parameters
+    ----------
+    arm : ArmDescription
+    start : array, shape (n,)
+        Within the limits, rad or m.
+    rate_hz : float
+    orientation : HandOrientation, optional
+    """
+    task = HandTask(tips(arm.chain, start[None])[0], orientation)
+    still = np.repeat(start[None], PHASES, axis=0)
+    tried(arm, still[None], np.ones(1), rate_hz)
+    Clearances.of(arm).broken_by(start)
+    uneven_speed(tips(arm.chain, still), rate_hz)
+    reached_from(arm, start, task.goal)
+    settled(arm.chain, task, start)
+    for _, ways in _other_ways(arm, still, task, uneven=True):
+        list(ways)
 
 
 def _first_allowed(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
 from armsyn.errors import CollisionError, LimitError, RefusedMotionError, UnreachableError
+from armsyn.planning import finishing
 from armsyn.planning.checking import checked_start, not_finite
 from armsyn.planning.end_posture import fulfilled
 from armsyn.planning.evenness import UnevenError
@@ -204,6 +205,13 @@ def make_batch(recipe: Recipe, first: int, last: int) -> Batch:
         ),
         tuple(_refusal(first + row, targets[row], refused[row]) for row in sorted(refused)),
     )
+
+
+def warm_up(recipe: Recipe) -> None:
+    """Compile what `make_batch` may need, whatever becomes of the first reaches."""
+    make_batch(recipe, 0, 1)  # which is predicted, if nothing more
+    start = np.clip(recipe.start, recipe.arm.chain.lower, recipe.arm.chain.upper)
+    finishing.warm_up(recipe.arm, start, recipe.rate_hz, recipe.orientation)
 
 
 def _asked(

@@ -11,7 +11,7 @@ from typing import Any
 
 from armsyn.errors import ArmFaultError, InputError, StopRequestedError
 from armsyn.planning.generation import chunks
-from armsyn.planning.generation.batch import make_batch
+from armsyn.planning.generation.batch import warm_up
 from armsyn.planning.generation.cluster import connected, each_on_cluster
 from armsyn.planning.generation.folder import all_there, prepare
 from armsyn.planning.generation.order import Order, sent_order
@@ -121,7 +121,7 @@ def _made(
         for number in missing:
             yield chunks.make_chunk(order, number)
         return
-    make_batch(order.recipe, 0, 1)  # what has to be compiled is, once, and not in every process
+    warm_up(order.recipe)  # once, and not in every process
     work = partial(chunks.make_chunk_of, sent_order(order))
     for _, note in each(work, missing, count):
         yield note
