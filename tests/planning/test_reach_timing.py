@@ -96,6 +96,18 @@ def test_what_would_take_hours_is_refused_before_it_is_sampled(arm: ArmDescripti
             planner_for(slow, plan).plan(slow.rest, [0.35, -0.1, -0.15])
 
 
+def test_a_reach_of_minutes_is_paced_among_others_as_it_is_alone(arm: ArmDescription) -> None:
+    """At a 900th of the speed, a third of a person's time is at first 1,500 times too little."""
+    slow = arm.slowed(900.0)
+    alone, among = (
+        in_time(cut_reach(arm), 0.3, slow, RATE),
+        pace(slow, cut_reach(arm)[None], np.array([0.3]), RATE),
+    )
+    assert among.lengths.tolist() == [len(alone.angles)]
+    assert among.scales[0] == pytest.approx(alone.time_scale, rel=1e-9)
+    assert among.scales[0] > 1000.0
+
+
 def test_slowing_leaves_angles_over_phase(arm: ArmDescription) -> None:
     """Every sample lies on the spline: the phase found from one joint gives all the others."""
     angles = cut_reach(arm)
