@@ -78,7 +78,7 @@ class ParserCounters:
     bad_crc, bad_length : int
         Packets dropped because their CRC or length field is wrong.
     garbage_bytes : int
-        Bytes that belong to no good packet.
+        Bytes that belong to no good packet, or to a status of no one servo.
     """
 
     packets: int = 0
@@ -184,8 +184,11 @@ class StatusParser:
             return None
         del self._buffer[:end]
         body = unstuff(raw[_BEFORE_BODY:-2])
-        if body[0] != STATUS or len(body) < 2 or raw[4] > MAXIMUM_ID:
+        if body[0] != STATUS:
             self._count_stranger(raw)
+            return None
+        if len(body) < 2 or raw[4] > MAXIMUM_ID:  # as of a fast read that came too late
+            self.counters.garbage_bytes += end
             return None
         self.counters.packets += 1
         return StatusPacket(raw[4], body[1], body[2:])

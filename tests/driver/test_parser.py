@@ -113,6 +113,19 @@ def test_an_echo_is_no_answer() -> None:
     assert parser.counters.foreign == 1
 
 
+@given(st.integers(1, 10), st.integers(0, 252), st.binary(min_size=1, max_size=30))
+def test_a_fast_read_that_came_too_late_is_no_other_master(
+    servos: int, first: int, data: bytes
+) -> None:
+    """e-Manual, Protocol 2.0, fast sync read: one status of ID 254, each servo's part by its ID."""
+    body = b"".join(bytes([0, first + k]) + data for k in range(servos))
+    late = protocol.packet(254, protocol.STATUS, body)
+    parser, answer = StatusParser(), StatusPacket(1, 0, b"\x00" * 10)
+    assert parser.feed(late + wire(answer)) == [answer]
+    assert parser.counters.foreign == 0
+    assert parser.counters.garbage_bytes == len(late)
+
+
 @pytest.mark.fault(1)
 @given(st.binary(max_size=300), st.lists(st.integers(0, 300), max_size=10))
 def test_anything_at_all_is_survived(data: bytes, cuts: list[int]) -> None:
