@@ -183,7 +183,7 @@ class TargetFeed(threading.Thread):
             self._say(
                 end.how,
                 target,
-                t_s=end.time,
+                t_s=max(end.time, end.aim.begin),  # of one that another takes the place of first
                 elapsed_s=max(0.0, end.time - end.aim.begin),
                 hand_error_m=end.error,
                 orientation_error_rad=None if target.orientation is None else end.turn,

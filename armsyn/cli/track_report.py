@@ -13,6 +13,7 @@ from armsyn.cli.moving import status_of
 from armsyn.cli.track_plot import draw
 from armsyn.cli.track_teller import REFUSALS, Teller
 from armsyn.driver import Ending, Recording, save_recording
+from armsyn.driver.recording import NEXT
 from armsyn.errors import InputError, UnreachableError
 
 
@@ -81,6 +82,13 @@ def status_of_lines(counts: Counter[str]) -> int:
     return UnreachableError.exit_status if counts["refused"] else InputError.exit_status
 
 
+def words_of(ending: Ending) -> str:
+    """How the arm was left; at a target or short of it is told of each target."""
+    if ending is Ending.COMPLETED:
+        return f"at rest, torque on, holding; {NEXT}"
+    return str(ending.value)
+
+
 def _say_end(
     recording: Recording, ending: Ending, teller: Teller, written: dict[str, str | None]
 ) -> None:
@@ -94,7 +102,7 @@ def _say_end(
                 "arm": recording.arm,
                 "port": recording.port,
                 "simulated": recording.simulated,
-                "ending": ending.value,
+                "ending": words_of(ending),
                 "targets": counts,
                 "ticks": recording.ticks,
                 "missed_ticks": recording.missed_ticks,
@@ -117,7 +125,7 @@ def _say_end(
         if event.level != "info":
             teller.say(f"  {event.time:.3f} s: {event.text}")
     after = " (the simulated arm ends with this command)" if recording.simulated else ""
-    teller.say(f"ended: {ending.value}{after}")
+    teller.say(f"ended: {words_of(ending)}{after}")
     for kind, what in (("record", "recording"), ("plot", "plot")):
         if written[kind]:
             teller.say(f"{what}: {written[kind]}")

@@ -30,6 +30,7 @@ class Listener:
         self._now, self._step = begin, step
         self.at_rest = True
         self.turned: list[int] = []
+        self.times: dict[int, list[float]] = {}
         self.finished = threading.Event()
         self.on_end: Callable[[Arrival], None] = lambda _: None
         self._last: Aim | None = None
@@ -73,9 +74,13 @@ def feeding(
     ours, theirs = os.pipe()
     told: list[tuple[str, int | None]] = []
     tracker: Any = listener
-    feed = TargetFeed(
-        tracker, LineReader(ours), lambda e: told.append((e["event"], e.get("line"))), **options
-    )
+
+    def tell(event: dict[str, Any]) -> None:
+        told.append((event["event"], event.get("line")))
+        if "t_s" in event:
+            listener.times.setdefault(event["line"], []).append(event["t_s"])
+
+    feed = TargetFeed(tracker, LineReader(ours), tell, **options)
     listener.on_end = feed.ended
     os.write(theirs, "".join(json.dumps(line) + "\n" for line in lines).encode())
     try:
@@ -91,6 +96,14 @@ def fed(listener: Listener, *lines: dict[str, Any], **options: Any) -> list[tupl
         os.close(theirs)
         assert listener.finished.wait(PATIENCE)
     return told
+
+
+def test_a_reach_that_is_left_before_it_begins_is_so_no_earlier_than_it_would_have_begun() -> None:
+    listener = Listener()
+    told = fed(listener, {"target": GOOD, "t": 0.6}, {"target": GOOD, "t": 0.62})
+    assert ("replaced", 1) in told
+    begun, left = listener.times[1]
+    assert left >= begun >= 0.6
 
 
 def test_a_script_is_followed_in_its_order_whatever_is_refused() -> None:
