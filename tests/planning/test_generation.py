@@ -304,6 +304,10 @@ def test_the_sources_that_make_reaches_are_told_apart(
     monkeypatch.setattr(armsyn, "__file__", str(tmp_path / "__init__.py"))
     before = version()
     assert version() == before
+    generated = tmp_path / ROOMS[0] / "__pycache__" / "generated"
+    generated.mkdir(parents=True)
+    (generated / "of_another_arm.py").write_text("x = 3\n")
+    assert version() == before
     (tmp_path / ROOMS[2] / "a.py").write_text("x = 2\n")
     assert version() != before
 

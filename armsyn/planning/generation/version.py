@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +20,18 @@ def version() -> dict[str, str]:
     """Return the version of armsyn and the digest of its sources that make reaches."""
     root = Path(armsyn.__file__).parent
     digest = hashlib.sha256()
-    for source in sorted(path for room in ROOMS for path in (root / room).rglob("*.py")):
+    for source in sorted(path for room in ROOMS for path in _sources(root / room)):
         content = source.read_bytes()
         digest.update(f"{source.relative_to(root).as_posix()} {len(content)}\n".encode())
         digest.update(content)
     return {VERSION: armsyn.__version__, SOURCES: digest.hexdigest()}
+
+
+def _sources(room: Path) -> Iterator[Path]:
+    """Give a room's sources, without the code that was generated for the chains of arms in use."""
+    return (
+        path for path in room.rglob("*.py") if "__pycache__" not in path.relative_to(room).parts
+    )
 
 
 def differing(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
