@@ -9,6 +9,7 @@ import json
 import os
 import shutil
 import signal
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 import armsyn
 from armsyn.arm import load_arm
-from armsyn.errors import ArmFaultError, InputError, StopRequestedError
+from armsyn.errors import ArmFaultError, FormatError, InputError, StopRequestedError
 from armsyn.motion import Motion
 from armsyn.motion.formats import files as motion_files
 from armsyn.planning.generation import chunks, files
@@ -326,6 +327,23 @@ def test_another_generation_or_other_files_are_not_mixed_in(made: Path, tmp_path
     with pytest.raises(InputError, match="other things"):
         generate(order(tmp_path), INPUTS, workers=1)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "missing"),
+    [("parquet", "pyarrow"), ("mcap", "rosbags"), ("lerobot", "pyarrow")],
+)
+def test_a_format_whose_package_is_missing_is_refused_before_anything_is_made(
+    kind: str, missing: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "out"
+    for name in [name for name in sys.modules if name.split(".")[0] == missing]:
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setitem(sys.modules, missing, None)
+    monkeypatch.delitem(sys.modules, "armsyn.motion.formats.lerobot_tables", raising=False)
+    with pytest.raises(FormatError, match=rf"needs the package {missing}: .*armsyn\[formats\]"):
+        generate(order(folder, kind), INPUTS, workers=1)
+    assert not folder.exists()
 
 
 @pytest.mark.parametrize("kind", ["csv", "parquet", "mcap", "bvh", "lerobot"])

@@ -104,20 +104,14 @@ def write(
     InputError
         When the folder is there already or cannot be written.
     """
-    try:
-        from armsyn.motion.formats.lerobot_tables import Tables  # noqa: PLC0415  an extra
-    except ImportError:
-        raise FormatError(
-            f"{path}: a LeRobotDataset needs the package pyarrow: install it with pip install"
-            " 'armsyn[formats]'"
-        ) from None
+    tables_of = tables_class(path)
     given = episodes_of(episodes, path)
     with new_folder(path) as folder:
         first = next(given)
         rate = _whole_rate(path, first, fps)
         scale = _Scale(path, first.motion.joint_names, units, ranges, frozenset(prismatic))
         targets = first.target is not None
-        tables = Tables(folder, len(scale.joints), targets, FILE_MB, FILES_A_CHUNK)
+        tables = tables_of(folder, len(scale.joints), targets, FILE_MB, FILES_A_CHUNK)
         dataset = _Dataset(folder, tables, scale, rate, targets)
         try:
             dataset.add(first)
@@ -126,6 +120,18 @@ def write(
         finally:
             tables.close()
         dataset.write_meta(robot_type or first.facts.get("arm"))
+
+
+def tables_class(path: Path) -> Any:
+    """Return what writes the tables; FormatError with the extra's name without its package."""
+    try:
+        from armsyn.motion.formats.lerobot_tables import Tables  # noqa: PLC0415  an extra
+    except ImportError:
+        raise FormatError(
+            f"{path}: a LeRobotDataset needs the package pyarrow: install it with pip install"
+            " 'armsyn[formats]'"
+        ) from None
+    return Tables
 
 
 def options_of(arm: ArmDescription) -> dict[str, Any]:

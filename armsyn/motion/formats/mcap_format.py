@@ -73,25 +73,27 @@ def write(path: Path, episodes: Episodes) -> None:
     InputError
         When the file cannot be written.
     """
-    try:
-        from rosbags.rosbag2 import (  # noqa: PLC0415  an extra
-            CompressionFormat,
-            CompressionMode,
-            StoragePlugin,
-            Writer,
-        )
-    except ImportError:
-        raise FormatError(
-            f"{path}: MCAP needs the package rosbags: install it with pip install 'armsyn[formats]'"
-        ) from None
+    rosbag2 = package(path)
     with folder_beside(path) as folder:
-        bag = Writer(folder / path.stem, version=9, storage_plugin=StoragePlugin.MCAP)
-        bag.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        plugin = rosbag2.StoragePlugin.MCAP
+        bag = rosbag2.Writer(folder / path.stem, version=9, storage_plugin=plugin)
+        bag.set_compression(rosbag2.CompressionMode.STORAGE, rosbag2.CompressionFormat.ZSTD)
         with bag:
             topics = _Topics(bag)
             for episode in episodes_of(episodes, path):
                 topics.write(episode)
         (folder / path.stem / f"{path.stem}.mcap").replace(path)
+
+
+def package(path: Path) -> Any:
+    """Return rosbags' module of bags; FormatError with the extra's name without it."""
+    try:
+        import rosbags.rosbag2  # noqa: PLC0415  an extra
+    except ImportError:
+        raise FormatError(
+            f"{path}: MCAP needs the package rosbags: install it with pip install 'armsyn[formats]'"
+        ) from None
+    return rosbags.rosbag2
 
 
 class _Topics:

@@ -18,7 +18,13 @@ import numpy as np
 from armsyn.arm import ArmDescription
 from armsyn.errors import InputError, meant
 from armsyn.motion import Motion
-from armsyn.motion.formats import arm_bvh, write_episodes
+from armsyn.motion.formats import (
+    arm_bvh,
+    lerobot_format,
+    mcap_format,
+    parquet_format,
+    write_episodes,
+)
 from armsyn.motion.formats.episodes import Episode
 from armsyn.motion.formats.files import new_folder, replacing
 from armsyn.planning.generation.batch import Batch
@@ -168,6 +174,24 @@ FORMATS: Mapping[str, tuple[str, Callable[[Path, Batch, ArmDescription, str], No
     "bvh": ("", write_bvh),
 }
 """Suffix of a chunk, and what writes it. A dataset of lerobot is gathered from parts at the end."""
+
+_PACKAGES: Mapping[str, Callable[[Path], object]] = {
+    "parquet": parquet_format.packages,
+    "mcap": mcap_format.package,
+    "lerobot": lerobot_format.tables_class,
+}
+
+
+def check_packages(name: str, folder: Path) -> None:
+    """Refuse a format of `FORMATS` whose packages are missing, before anything is made for it.
+
+    Raises
+    ------
+    FormatError
+        With the name of the extra that has them.
+    """
+    if name in _PACKAGES:
+        _PACKAGES[name](folder)
 
 
 def checked_format(name: str) -> str:
