@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import errno
+import fcntl
 import json
 import os
 import shutil
@@ -344,6 +345,49 @@ def test_a_format_whose_package_is_missing_is_refused_before_anything_is_made(
     with pytest.raises(FormatError, match=rf"needs the package {missing}: .*armsyn\[formats\]"):
         generate(order(folder, kind), INPUTS, workers=1)
     assert not folder.exists()
+
+
+def locked(folder: Path) -> int:
+    """Lock a folder as another generation does; closing the descriptor ends that."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    return descriptor
+
+
+def test_a_folder_that_another_generation_writes_to_is_left_to_it(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, part = tmp_path / "out", tmp_path / "part"
+    folder.mkdir()
+    with monkeypatch.context() as patch:
+        stop = failing_at(2, KeyboardInterrupt())  # type: ignore[arg-type]
+        patch.setitem(chunks.FORMATS, "npz", (".npz", stop))
+        generate(order(part), INPUTS, workers=1)
+    whole = Path(shutil.copytree(made, tmp_path / "whole"))
+    for there in (folder, part, whole):
+        before = content(there)
+        descriptor = locked(there)
+        for resume in (False, True):
+            with pytest.raises(InputError, match="another armsyn generate writes there"):
+                generate(order(there), INPUTS, workers=1, resume=resume)
+        os.close(descriptor)
+        assert content(there) == before
+        assert generate(order(there), INPUTS, workers=1, resume=True).complete
+        assert content(there) == content(made)
+
+
+def test_a_generation_holds_its_folder_for_all_of_its_time(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    held = []
+
+    def look(*_: object) -> None:
+        with pytest.raises(BlockingIOError):
+            os.close(locked(folder))
+        held.append(True)
+
+    assert generate(order(folder, size=7), INPUTS, workers=1, on_progress=look).complete
+    assert held
+    os.close(locked(folder))
 
 
 @pytest.mark.parametrize("kind", ["csv", "parquet", "mcap", "bvh", "lerobot"])

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import fcntl
 import json
+import os
 import shutil
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +25,54 @@ MANIFEST = "manifest.json"
 RESERVE = "reserve"
 _RESERVED, _RESERVED_A_CHUNK, _MOST_RESERVED = 262_144, 4096, 67_108_864
 """Bytes; refusals of most chunks find room in that."""
+
+_NO_LOCKS = (errno.EBADF, errno.EINVAL, errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+"""What a file system answers whose folders cannot be locked, such as NFS."""
+
+
+@contextlib.contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Keep other generations out of a folder, which is made if there is none.
+
+    The folder itself is locked, so nothing is left of a lock whose process was killed. Workers do
+    not hold it. On a file system that does not lock folders (NFS) nobody is kept out.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Raises
+    ------
+    InputError
+        When another generation is in it, or it cannot be made or looked into.
+    """
+    try:
+        if not folder.exists():
+            folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot make it: {error.strerror}") from error
+    try:
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot look into it: {error.strerror}") from error
+    try:
+        _lock(descriptor, folder)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _lock(descriptor: int, folder: Path) -> None:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise InputError(
+            f"{folder}: another armsyn generate writes there: wait until it ends, or name another"
+            " folder"
+        ) from None
+    except OSError as error:
+        if error.errno not in _NO_LOCKS:
+            raise InputError(f"{folder}: cannot lock it: {error.strerror}") from error
 
 
 def prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
@@ -70,28 +122,42 @@ def _holds_something(folder: Path) -> bool:
 
 
 def all_there(order: Order) -> Report | None:
-    """Return the report of a folder that holds all of this order; None of any other."""
+    """Return the report of a folder that holds all of this order; None of any other.
+
+    Raises
+    ------
+    InputError
+        When it lost a file, or another generation is in it.
+    """
     folder = Path(order.folder)
     try:
         said = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         under_way = (folder / NOTES / TOKEN).exists()
         if said["digest"] != order.digest or not said["complete"] or under_way:
             return None
-        lost = [entry["file"] for entry in said["files"] if not (folder / entry["file"]).exists()]
-        report = Report(said["reaches_asked"], order.count, said["reaches_made"], order.count)
-        report.frames, report.slowed = said["frames"], said["mean_time_scale"]
-        report.outside = said["outside_captured_workspace"]
-        report.evened = said["reaches_evened"]
-        report.swivelled = said["reaches_with_another_swivel"]
-        report.refused = Counter(said["reaches_refused"])
+        names = [entry["file"] for entry in said["files"]]
+        report = _report_of(said, order)
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    if lost:
-        raise InputError(
-            f"{folder}: {lost[0]} is missing, which its manifest has: name a new folder"
-        )
-    if (folder / NOTES).exists():
-        tidy(order)
+    with alone_in(folder):
+        for name in names:
+            if not (folder / name).exists():
+                raise InputError(
+                    f"{folder}: {name} is missing, which its manifest has: name a new folder"
+                )
+        if (folder / NOTES).exists():
+            tidy(order)
+    return report
+
+
+def _report_of(said: Mapping[str, Any], order: Order) -> Report:
+    """Read what a manifest says of reaches that are all there."""
+    report = Report(said["reaches_asked"], order.count, said["reaches_made"], order.count)
+    report.frames, report.slowed = said["frames"], said["mean_time_scale"]
+    report.outside = said["outside_captured_workspace"]
+    report.evened = said["reaches_evened"]
+    report.swivelled = said["reaches_with_another_swivel"]
+    report.refused = Counter(said["reaches_refused"])
     report.found = True
     return report
 

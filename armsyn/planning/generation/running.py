@@ -15,7 +15,7 @@ from armsyn.planning.generation import chunks
 from armsyn.planning.generation.batch import warm_up
 from armsyn.planning.generation.cluster import connected, each_on_cluster
 from armsyn.planning.generation.files import check_packages
-from armsyn.planning.generation.folder import all_there, prepare
+from armsyn.planning.generation.folder import all_there, alone_in, prepare
 from armsyn.planning.generation.order import Order, sent_order
 from armsyn.planning.generation.report import Report
 from armsyn.planning.generation.results import OnProgress, finish, gather
@@ -66,16 +66,20 @@ def generate(
     ------
     InputError
         Too many reaches or chunks; a rate that the format cannot say; more workers than cores; a
-        folder with other things in it, or that cannot be written; workers that do not see it; a
-        format whose packages are missing here.
+        folder with other things in it, or that cannot be written or that another
+        generation writes to; workers that do not see it; a format whose packages are missing here.
     """
     _check_count(order)
     _check_rate(order)
     checked_workers(workers, 1)
     if resume and (finished := all_there(order)) is not None:
         return finished
-    check_packages(order.format, Path(order.folder))
-    with contextlib.nullcontext() if cluster is None else connected(cluster) as client:
+    folder = Path(order.folder)
+    check_packages(order.format, folder)
+    with (
+        contextlib.nullcontext() if cluster is None else connected(cluster) as client,
+        alone_in(folder),
+    ):
         prepare(order, inputs, resume=resume)
         return _generated(order, inputs, workers, client, on_progress)
 
