@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
@@ -17,6 +20,8 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 
 _CORES = numba.get_num_threads()
+_LOOKS_S = 1.0
+"""How often a process looks whether the one that started it is still there."""
 
 
 def checked_workers(workers: int | None, worth: int) -> int:
@@ -56,7 +61,8 @@ def each(
         A function of a module, from a job to its result.
     jobs : sequence
     workers : int
-        Processes; with one, or one job, everything is done in this one.
+        Processes; with one, or one job, everything is done in this one. They end with it, however
+        it ends.
 
     Yields
     ------
@@ -72,7 +78,12 @@ def each(
             for number, job in enumerate(jobs):
                 yield number, work(job)
         return
-    parallel = Parallel(n_jobs=min(workers, len(jobs)), return_as="generator_unordered")
+    parallel = Parallel(
+        n_jobs=min(workers, len(jobs)),
+        return_as="generator_unordered",
+        initializer=_end_with,
+        initargs=(os.getpid(),),
+    )
     try:
         yield from parallel(delayed(_numbered)(work, n, job) for n, job in enumerate(jobs))
     except BrokenProcessPool as error:
@@ -83,6 +94,17 @@ def each(
     finally:
         # joblib keeps its processes for the next call; who calls this may be done
         get_reusable_executor().shutdown(wait=True, kill_workers=True)
+
+
+def _end_with(parent: int) -> None:
+    """End this process soon after the one that started it, which may have been killed."""
+
+    def look() -> None:
+        while os.getppid() == parent:
+            time.sleep(_LOOKS_S)
+        os._exit(1)
+
+    threading.Thread(target=look, name="armsyn-parent", daemon=True).start()
 
 
 def _numbered(work: Callable[[Job], Result], number: int, job: Job) -> tuple[int, Result]:
