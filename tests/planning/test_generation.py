@@ -12,6 +12,7 @@ import shutil
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -186,7 +187,6 @@ def test_an_interruption_keeps_what_is_finished(
         report = generate(order(folder), INPUTS, workers=1)
     assert isinstance(report.error, StopRequestedError)
     assert report.done == 2
-    (folder / ".reaches-000002.npz.left").write_bytes(b"half, of a process that was killed")
     (folder / "reaches-000003.npz").write_bytes(b"without a note")
     progress: list[tuple[str, int, int]] = []
     report = generate(
@@ -345,6 +345,37 @@ def test_a_format_whose_package_is_missing_is_refused_before_anything_is_made(
     with pytest.raises(FormatError, match=rf"needs the package {missing}: .*armsyn\[formats\]"):
         generate(order(folder, kind), INPUTS, workers=1)
     assert not folder.exists()
+
+
+@pytest.mark.parametrize("kind", ["npz", "lerobot"])
+def test_what_a_killed_process_was_writing_is_removed_and_nothing_else(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "out"
+    asked = order(folder, kind, size=7, chunk=3)
+    with monkeypatch.context() as patch:
+        patch.setattr(chunks, "make_chunk", interrupt)
+        generate(asked, INPUTS, workers=1)
+    mine = folder / ".mine.csv.abcdefgh"
+    mine.write_text("mine")
+    for complete in (False, True):
+        names = ["reaches-000002.npz", "manifest.json", "manifest.run.json", *TABLES]
+        killed: list[AbstractContextManager[Path]] = [
+            *(motion_files.replacing(folder / name) for name in names),
+            motion_files.folder_beside(folder / "dataset.lerobot"),
+        ]
+        for each_one in killed:
+            left = each_one.__enter__()
+            (left / "half" if left.is_dir() else left).write_text("half")
+        assert len(list(folder.glob(".*.*"))) == len(killed) + 1
+        report = generate(asked, INPUTS, workers=1, resume=True)
+        assert report.complete
+        assert report.found is complete
+        assert list(folder.glob(".*")) == [mine]
+
+
+def interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
 
 
 def locked(folder: Path) -> int:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 from armsyn.errors import FormatError, InputError
+
+_TEMPORARY = re.compile(r"\.(.+)\.[a-z0-9_]{8}", re.DOTALL)
+"""What `tempfile` calls temporaries with the prefixes given here."""
 
 
 def check_size(path: Path, largest: int) -> int:
@@ -136,6 +140,23 @@ def new_folder(path: Path) -> Iterator[Path]:
     with folder_beside(path) as temporary:
         yield temporary
         temporary.replace(path)
+
+
+def left_behind(folder: Path) -> Iterator[tuple[Path, str]]:
+    """Give what has the name of a temporary of this module, as a killed process leaves them.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Yields
+    ------
+    tuple of (Path, str)
+        A file or folder in it, and the name of what was being written so.
+    """
+    for path in folder.iterdir():
+        if found := _TEMPORARY.fullmatch(path.name):
+            yield path, found[1]
 
 
 def _keep(path: Path) -> None:

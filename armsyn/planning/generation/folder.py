@@ -2,77 +2,27 @@
 
 from __future__ import annotations
 
-import contextlib
-import errno
-import fcntl
 import json
-import os
 import shutil
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from armsyn.errors import InputError
-from armsyn.motion.formats.files import replacing
+from armsyn.motion.formats.files import left_behind, replacing
 from armsyn.planning.generation import chunks
-from armsyn.planning.generation.order import NOTES, TOKEN, Order
+from armsyn.planning.generation.lock import alone_in
+from armsyn.planning.generation.order import DATASET, NOTES, TOKEN, Order
 from armsyn.planning.generation.report import Report
 from armsyn.planning.generation.version import differing
 
-MANIFEST = "manifest.json"
+MANIFEST, RUN = "manifest.json", "manifest.run.json"
+REFUSALS, CHANGES, REACHES = "refusals.csv", "changes.csv", "reaches.csv"
 
 RESERVE = "reserve"
 _RESERVED, _RESERVED_A_CHUNK, _MOST_RESERVED = 262_144, 4096, 67_108_864
 """Bytes; refusals of most chunks find room in that."""
-
-_NO_LOCKS = (errno.EBADF, errno.EINVAL, errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
-"""What a file system answers whose folders cannot be locked, such as NFS."""
-
-
-@contextlib.contextmanager
-def alone_in(folder: Path) -> Iterator[None]:
-    """Keep other generations out of a folder, which is made if there is none.
-
-    The folder itself is locked, so nothing is left of a lock whose process was killed. Workers do
-    not hold it. On a file system that does not lock folders (NFS) nobody is kept out.
-
-    Parameters
-    ----------
-    folder : Path
-
-    Raises
-    ------
-    InputError
-        When another generation is in it, or it cannot be made or looked into.
-    """
-    try:
-        if not folder.exists():
-            folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot make it: {error.strerror}") from error
-    try:
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot look into it: {error.strerror}") from error
-    try:
-        _lock(descriptor, folder)
-        yield
-    finally:
-        os.close(descriptor)
-
-
-def _lock(descriptor: int, folder: Path) -> None:
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise InputError(
-            f"{folder}: another armsyn generate writes there: wait until it ends, or name another"
-            " folder"
-        ) from None
-    except OSError as error:
-        if error.errno not in _NO_LOCKS:
-            raise InputError(f"{folder}: cannot lock it: {error.strerror}") from error
 
 
 def prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
@@ -100,8 +50,7 @@ def prepare(order: Order, inputs: Mapping[str, Any], *, resume: bool) -> None:
             raise InputError(f"{folder}: these reaches are all there: nothing to do")
         if not resume:
             raise InputError(f"{folder}: holds a part of these reaches: --resume goes on with it")
-        for left in folder.glob(".reaches-*"):  # of a process that was killed
-            chunks.remove(left)
+        _remove_left(order)
         _reserve(order)
         return
     try:
@@ -147,6 +96,7 @@ def all_there(order: Order) -> Report | None:
                 )
         if (folder / NOTES).exists():
             tidy(order)
+        _remove_left(order)
     return report
 
 
@@ -160,6 +110,15 @@ def _report_of(said: Mapping[str, Any], order: Order) -> Report:
     report.refused = Counter(said["reaches_refused"])
     report.found = True
     return report
+
+
+def _remove_left(order: Order) -> None:
+    """Remove what a process that was killed was writing, but nothing of anybody else's."""
+    written = {MANIFEST, RUN, REFUSALS, CHANGES, REACHES, DATASET}
+    written |= {order.file(number).name for number in range(order.count)}
+    for path, of in left_behind(Path(order.folder)):
+        if of in written:
+            chunks.remove(path)
 
 
 def tidy(order: Order) -> None:

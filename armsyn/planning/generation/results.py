@@ -14,16 +14,14 @@ from armsyn.motion.formats.episodes import Episode
 from armsyn.motion.formats.files import replacing
 from armsyn.planning.generation import chunks
 from armsyn.planning.generation.files import PLANNED, episodes_of, read_npz
-from armsyn.planning.generation.folder import MANIFEST, RESERVE, tidy
+from armsyn.planning.generation.folder import CHANGES, MANIFEST, REACHES, REFUSALS, RESERVE, tidy
 from armsyn.planning.generation.order import DATASET, NOTES, Order
 from armsyn.planning.generation.report import Report
 from armsyn.planning.generation.rows import COLUMNS as REACH_COLUMNS
 
 SCHEMA = "armsyn-reaches-1"
-REFUSALS = "refusals.csv"
 COLUMNS = ("index", "x_m", "y_m", "z_m", "kind", "reason")
-REACHES = "reaches.csv"
-CHANGES, CHANGE_COLUMNS = "changes.csv", ("index", "evened", "swivel_m", "reason")
+CHANGE_COLUMNS = ("index", "evened", "swivel_m", "reason")
 
 OnProgress = Callable[[str, int, int, str], None]
 """Given a stage's name, how much is done, of how much, and a remark."""

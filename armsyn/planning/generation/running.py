@@ -15,7 +15,8 @@ from armsyn.planning.generation import chunks
 from armsyn.planning.generation.batch import warm_up
 from armsyn.planning.generation.cluster import connected, each_on_cluster
 from armsyn.planning.generation.files import check_packages
-from armsyn.planning.generation.folder import all_there, alone_in, prepare
+from armsyn.planning.generation.folder import all_there, prepare
+from armsyn.planning.generation.lock import alone_in
 from armsyn.planning.generation.order import Order, sent_order
 from armsyn.planning.generation.report import Report
 from armsyn.planning.generation.results import OnProgress, finish, gather
