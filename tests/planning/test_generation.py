@@ -283,6 +283,27 @@ def test_a_finished_chunk_that_has_changed_since_is_made_again(
     assert content(folder) == content(whole)
 
 
+@pytest.mark.parametrize("kind", ["npz", "bvh", "lerobot"])
+def test_a_whole_folder_of_which_a_file_is_damaged_is_not_taken_for_whole(
+    kind: str, tmp_path: Path
+) -> None:
+    folder = tmp_path / "out"
+    asked = order(folder, kind, size=7, chunk=3)
+    assert generate(asked, INPUTS, workers=1).complete
+    assert generate(asked, INPUTS, workers=1, resume=True).found
+    name = json.loads((folder / "manifest.json").read_text())["files"][-1]["file"]
+    file = max(path for path in (folder / name, *(folder / name).rglob("*")) if path.is_file())
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-1])
+    with pytest.raises(InputError, match=f"{name} is damaged or was changed.*: name a new folder"):
+        generate(asked, INPUTS, workers=1, resume=True)
+    file.write_bytes(whole)
+    assert generate(asked, INPUTS, workers=1, resume=True).found
+    (folder / name).rename(folder / "elsewhere")
+    with pytest.raises(InputError, match=f"{name} is missing"):
+        generate(asked, INPUTS, workers=1, resume=True)
+
+
 def test_a_part_made_by_another_armsyn_is_not_gone_on_with(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     old, now = ({**INPUTS, "armsyn": "0.0.1", "sources_sha256": "a"}, {**INPUTS, **version()})

@@ -76,7 +76,7 @@ def all_there(order: Order) -> Report | None:
     Raises
     ------
     InputError
-        When it lost a file, or another generation is in it.
+        When a file is lost or damaged, or another generation is in it.
     """
     folder = Path(order.folder)
     try:
@@ -84,20 +84,34 @@ def all_there(order: Order) -> Report | None:
         under_way = (folder / NOTES / TOKEN).exists()
         if said["digest"] != order.digest or not said["complete"] or under_way:
             return None
-        names = [entry["file"] for entry in said["files"]]
+        checksums = {entry["file"]: entry["sha256"] for entry in said["files"]}
         report = _report_of(said, order)
     except (OSError, ValueError, KeyError, TypeError):
         return None
     with alone_in(folder):
-        for name in names:
-            if not (folder / name).exists():
-                raise InputError(
-                    f"{folder}: {name} is missing, which its manifest has: name a new folder"
-                )
+        for name, checksum in checksums.items():
+            _check_file(folder, name, checksum)
         if (folder / NOTES).exists():
             tidy(order)
         _remove_left(order)
     return report
+
+
+def _check_file(folder: Path, name: str, checksum: str) -> None:
+    """Refuse a file, or folder, that is not what the manifest has."""
+    try:
+        found = chunks.checksum(folder / name)
+    except FileNotFoundError:
+        raise InputError(
+            f"{folder}: {name} is missing, which its manifest has: name a new folder"
+        ) from None
+    except OSError as error:
+        raise InputError(f"{folder}: cannot read {name}: {error.strerror}") from error
+    if found != checksum:
+        raise InputError(
+            f"{folder}: {name} is damaged or was changed, by its manifest's checksum: name a new"
+            " folder"
+        )
 
 
 def _report_of(said: Mapping[str, Any], order: Order) -> Report:
