@@ -146,14 +146,14 @@ def start_of(arm: ArmDescription, text: str) -> FloatArray:
 def _models(arm: ArmDescription, options: dict[str, Any]) -> _Learned:
     from armsyn.arm import find_file
     from armsyn.errors import DescriptionError, InputError
-    from armsyn.planning.minimum_jerk import MinimumJerkPredictor
-    from armsyn.planning.planner import ATLAS, MINIMUM_JERK, default_plan
+    from armsyn.planning.planner import ATLAS, MINIMUM_JERK, by_minimum_jerk, default_plan
 
     directory = options["calibration"]
     plan = options["plan"] or default_plan(arm.name, directory)
     said: dict[str, Any] = {"plan": plan}
-    if plan == MINIMUM_JERK and not options["variability"]:
-        return _Learned(MinimumJerkPredictor(arm.chain), None, said)
+    rule = by_minimum_jerk(arm, directory) if plan == MINIMUM_JERK else None
+    if rule is not None and rule.hull is None and not options["variability"]:
+        return _Learned(rule, None, said)
     from armsyn.planning.atlas_file import load_atlas
 
     try:
@@ -166,7 +166,7 @@ def _models(arm: ArmDescription, options: dict[str, Any]) -> _Learned:
         ) from error
     atlas = load_atlas(file, arm)
     said["atlas_sha256"] = _hash_of_file(file)
-    predictor = MinimumJerkPredictor(arm.chain) if plan == MINIMUM_JERK else atlas.predictor(plan)
+    predictor = rule or atlas.predictor(plan)
     if not options["variability"]:
         return _Learned(predictor, None, said)
     if atlas.variability is None:
@@ -199,7 +199,7 @@ def _targets(
         box = targets.checked_box(options["box"])
         return targets.RandomTargets(number, seed, *box), {"random": number, "box": box}
     if hull is None:
-        raise InputError("--plan minjerk knows no captured workspace: give --box X Y Z")
+        raise InputError(f"no captured workspace of {arm.name} is known: give --box X Y Z")
     return targets.random_within(number, seed, hull), {"random": number}
 
 

@@ -124,9 +124,7 @@ def planner_for(
     if ik or model:
         raise InputError(f"optimisers and synergy models are of --plan {SYNERGY}, not of {plan}")
     predictor = (
-        _by_minimum_jerk(arm, directory)
-        if plan == MINIMUM_JERK
-        else _of_atlas(arm, plan, directory)
+        by_minimum_jerk(arm, directory) if plan == MINIMUM_JERK else _of_atlas(arm, plan, directory)
     )
     return MotionPlanner(arm, predictor, _captured(arm, directory))
 
@@ -136,14 +134,19 @@ def default_plan(name: str, directory: Path | None = None) -> str:
     return DEFAULT_PLAN if _has(name, ATLAS, directory) else SYNERGY
 
 
-def _of_atlas(arm: ArmDescription, plan: str, directory: Path | None) -> Predictor:
-    from armsyn.planning.atlas_file import load_atlas  # noqa: PLC0415  the others need none
+def by_minimum_jerk(arm: ArmDescription, directory: Path | None = None) -> MinimumJerkPredictor:
+    """Return minimum jerk of an arm, with the captured workspace where an atlas knows it.
 
-    return load_atlas(_found(arm.name, ATLAS, directory), arm).predictor(plan)
+    Parameters
+    ----------
+    arm : ArmDescription
+    directory : Path, optional
+        Search only here, as `armsyn.arm.find_file`.
 
-
-def _by_minimum_jerk(arm: ArmDescription, directory: Path | None) -> Predictor:
-    """With the captured workspace, where an atlas knows it."""
+    Returns
+    -------
+    MinimumJerkPredictor
+    """
     hull = None
     if _has(arm.name, ATLAS, directory):
         try:
@@ -151,6 +154,12 @@ def _by_minimum_jerk(arm: ArmDescription, directory: Path | None) -> Predictor:
         except InputError:  # damaged, or of another arm: not needed to plan
             hull = None
     return MinimumJerkPredictor(arm.chain, hull=hull)
+
+
+def _of_atlas(arm: ArmDescription, plan: str, directory: Path | None) -> Predictor:
+    from armsyn.planning.atlas_file import load_atlas  # noqa: PLC0415  the others need none
+
+    return load_atlas(_found(arm.name, ATLAS, directory), arm).predictor(plan)
 
 
 def _captured(arm: ArmDescription, directory: Path | None) -> NearestReaches | None:

@@ -139,7 +139,10 @@ def test_what_is_stopped_in_any_way_goes_on_where_it_was(
     ("arguments", "said"),
     [
         (("--format", "cvs"), "no format 'cvs'; did you mean 'csv'?"),
-        (("--random", 5), "give --box"),
+        (
+            ("--arm", "reachy_right", "--random", 5),
+            "no captured workspace of reachy_right is known: give --box",
+        ),
         (("--random", 5, "--grid", "0", "0", "0"), "give one of"),
         ((), "give one of"),
         (("--random", 5, *BOX, "--rate", "nan"), "not a finite number"),

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from armsyn.arm import load_arm
+from armsyn.planning import planner_for
 from tests.cli.commands import Outcome
 
 pytestmark = pytest.mark.usefixtures("compiled")
@@ -68,6 +69,42 @@ def test_an_arm_without_an_atlas_is_told_what_to_do(call: Call, tmp_path: Path) 
     done.refused(2, "armsyn learn --arm reachy_right --atlas, or use --plan minjerk")
     assert "did you mean" not in done.err
     call(*asked, "--plan", "minjerk", "--variability").refused(2, "leave out --variability")
+
+
+def test_minimum_jerk_has_the_captured_workspace_where_an_atlas_knows_it(
+    call: Call, calibration: Path, tmp_path: Path
+) -> None:
+    asked = (*MINJERK, "--calibration", calibration)
+    random = ("--random", 20, "--seed", 1)
+    for plan in ("minjerk", "latent"):
+        done = call(*asked, *random, "--plan", plan, "--out", tmp_path / plan, "--json")
+        assert done.status == 0, done.err
+        assert done.document["outside_captured_workspace"] == 0
+    one, other = (
+        {row["index"]: [row[axis] for axis in ("x_m", "y_m", "z_m")] for row in rows_of(out)}
+        for out in (tmp_path / "minjerk", tmp_path / "latent")
+    )
+    both = one.keys() & other.keys()
+    assert len(both) > 10
+    assert all(one[index] == other[index] for index in both)
+
+    places, arm = ("--grid", "0.3", "-0.3:0.4:2", "0.0"), load_arm("human7", calibration)
+    planner = planner_for(arm, "minjerk", calibration)
+    wanted = [planner.plan(arm.rest, [0.3, y, 0.0]).outside_m for y in (-0.3, 0.4)]
+    done = call(*asked, *places, "--out", tmp_path / "known", "--json")
+    assert done.document["outside_captured_workspace"] == np.count_nonzero(wanted) == 1
+    assert [float(row["outside_m"]) for row in rows_of(tmp_path / "known")] == wanted
+    manifest = json.loads((tmp_path / "known" / "manifest.json").read_text())
+    assert len(manifest["inputs"]["atlas_sha256"]) == 64
+
+    (calibration / "human7.atlas.json").unlink()
+    call(*asked, *random, "--out", tmp_path / "none").refused(2, "of human7 is known: give --box")
+    done = call(*asked, *places, "--out", tmp_path / "unknown", "--json")
+    assert done.document["outside_captured_workspace"] is None
+    assert [row["outside_m"] for row in rows_of(tmp_path / "unknown")] == ["", ""]
+    manifest = json.loads((tmp_path / "unknown" / "manifest.json").read_text())
+    assert manifest["outside_captured_workspace"] is None
+    assert "atlas_sha256" not in manifest["inputs"]
 
 
 @pytest.mark.parametrize("kind", ["npz", "csv", "parquet"])

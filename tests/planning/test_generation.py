@@ -99,6 +99,7 @@ def test_the_manifest_says_what_it_is_and_of_what(made: Path) -> None:
     assert manifest["complete"] is True
     assert manifest["inputs"] == INPUTS
     assert manifest["digest"] == digest_of(INPUTS)
+    assert manifest["outside_captured_workspace"] is None  # of minimum jerk alone
     assert "not measured" in manifest["what"]
     assert sum(entry["reaches"] for entry in manifest["files"]) == manifest["reaches_made"]
     for entry in manifest["files"]:

@@ -114,11 +114,18 @@ def _note(order: Order, number: int, batch: Batch, file: Path | None) -> dict[st
         "first": order.span(number)[0],
         "reaches": int(batch.index.size),
         "frames": int(batch.paced.first[-1]),
-        "outside": int(np.count_nonzero(batch.outside > 0.0)),
+        "outside": _outside(batch),
         "slowed": float(batch.paced.scales.sum()),
         "changed": [list(vars(change).values()) for change in batch.changed],
         "refused": [list(vars(refusal).values()) for refusal in batch.refused],
     }
+
+
+def _outside(batch: Batch) -> int | None:
+    """How many reaches go outside the captured workspace; None where none is known."""
+    if np.isnan(batch.outside).any():
+        return None
+    return int(np.count_nonzero(batch.outside > 0.0))
 
 
 def checksum(path: Path) -> str:

@@ -19,8 +19,10 @@ class Report:
     asked, made : int
         Reaches.
     chunks, done : int
-    frames, outside : int
-        Frames made, and reaches made to targets outside the captured workspace.
+    frames : int
+        Made.
+    outside : int or None
+        Reaches made to targets outside the captured workspace; None where none is known.
     slowed : float
         Mean of kappa, the times as long that reaches take than people would.
     evened, swivelled : int
@@ -38,7 +40,7 @@ class Report:
     made: int = 0
     done: int = 0
     frames: int = 0
-    outside: int = 0
+    outside: int | None = 0
     slowed: float = 0.0
     evened: int = 0
     swivelled: int = 0
@@ -59,7 +61,8 @@ class Report:
         self.made += note["reaches"]
         self.done += 1
         self.frames += note["frames"]
-        self.outside += note["outside"]
+        if self.outside is not None:
+            self.outside = None if note["outside"] is None else self.outside + note["outside"]
         for _index, evened, swivel, _reason in note["changed"]:
             self.evened += evened > 0.0
             self.swivelled += swivel > 0.0
