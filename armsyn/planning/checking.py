@@ -25,7 +25,7 @@ FARTHEST = 1e6
 _TICK = 2.0 * np.pi / 4096.0
 
 
-def checked_start(arm: ArmDescription, posture: ArrayLike) -> FloatArray:
+def checked_start(arm: ArmDescription, posture: ArrayLike, *, stands: bool = False) -> FloatArray:
     """Return where a plan starts, within the joints' ranges.
 
     Encoders round: a posture may lie a tick outside a limit, not more.
@@ -34,7 +34,9 @@ def checked_start(arm: ArmDescription, posture: ArrayLike) -> FloatArray:
     ----------
     arm : ArmDescription
     posture : array_like, shape (n,)
-        Where the arm is, rad or m.
+        rad or m.
+    stands : bool
+        Whether an arm is there, which can be moved; else it is asked for.
 
     Returns
     -------
@@ -53,8 +55,9 @@ def checked_start(arm: ArmDescription, posture: ArrayLike) -> FloatArray:
     if outside.size:
         joint, value = arm.joint[int(outside[0])], float(start[outside[0]])
         raise LimitError(
-            f"{joint.name} stands at {value:.3f} rad, outside its range"
-            f" {joint.lower:g} to {joint.upper:g}: move it back by hand",
+            f"{joint.name} {'stands' if stands else 'is to start'} at {value:.3f} rad, outside its"
+            f" range {joint.lower:g} to {joint.upper:g}"
+            + (": move it back by hand" if stands else ""),
             joint.name,
             value,
             float(inside[outside[0]]),

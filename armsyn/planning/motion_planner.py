@@ -73,7 +73,7 @@ class MotionPlanner:
         orientation: HandOrientation | None = None,
     ) -> PlannedReach:
         """Plan a reach from a posture to a target; see `armsyn.planning.planner.Planner.plan`."""
-        arm, start = self.arm, checked_start(self.arm, posture)
+        arm, start = self.arm, checked_start(self.arm, posture, stands=True)
         task, rate_hz = HandTask(checked_target(target), orientation), checked_rate(rate_hz)
         found = self.predictor.predict(start[None], task.goal[None])
         angles, duration = found.angles[0], float(found.durations[0])

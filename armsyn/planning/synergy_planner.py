@@ -101,7 +101,7 @@ class SynergyPlanner:
             hold, UnreachableError where none arrives, CollisionError where those that do touch
             something, by any swivel.
         """
-        start = checked_start(self.arm, posture)
+        start = checked_start(self.arm, posture, stands=True)
         task, rate_hz = HandTask(checked_target(target), orientation), checked_rate(rate_hz)
         fine_hz = thinning(rate_hz) * rate_hz
         first: _Arrived | None = None

@@ -179,6 +179,23 @@ def test_reaches_start_where_they_are_told_to(call: Call, tmp_path: Path) -> Non
         np.testing.assert_array_equal(other["angles"][0], one["angles"][-1])
 
 
+def test_a_line_that_asks_for_a_start_outside_a_range_is_refused(
+    call: Call, tmp_path: Path
+) -> None:
+    joints = load_arm("human7", calibrated=False).joint_names
+    targets = tmp_path / "targets.csv"
+    targets.write_text(
+        f"x,y,z,{','.join(joints)}\n0.35,-0.1,-0.15,0,0,0,1,0,0,0\n0.35,-0.1,-0.15,9,0,0,1,0,0,0\n"
+    )
+    out = tmp_path / "out"
+    assert call(*MINJERK, "--targets", targets, "--out", out).status == 0
+    with (out / "refusals.csv").open(newline="") as file:
+        refused = list(csv.DictReader(file))
+    assert [(row["index"], row["kind"]) for row in refused] == [("1", "limit")]
+    assert "shoulder_flexion is to start at 9.000 rad, outside its range" in refused[0]["reason"]
+    assert "by hand" not in refused[0]["reason"]
+
+
 def test_reaches_are_slower_when_they_are_told_to_be(call: Call, tmp_path: Path) -> None:
     for factor in (1, 4):
         out = tmp_path / str(factor)
@@ -198,7 +215,10 @@ def test_reaches_are_slower_when_they_are_told_to_be(call: Call, tmp_path: Path)
         (("--start", "1,2"), "--start: 2 numbers, expected 7 (rad or m) of shoulder_flexion"),
         (("--slower", "1e6"), "a chunk would have some 6e+08 frames in memory"),
         (("--workers", "100000"), "workers must be between 1 and"),
-        (("--start", "9,0,0,0,0,0,0"), "--start: shoulder_flexion stands at 9.000 rad, outside"),
+        (
+            ("--start", "9,0,0,0,0,0,0"),
+            "--start: shoulder_flexion is to start at 9.000 rad, outside its range -1.1 to 3\n",
+        ),
         (("--slower", "0.5"), "--slower must be at least 1"),
         (("--slower", "nan"), "--slower must be at least 1"),
         (("--name", "left"), "human7.left.calibration.json"),
