@@ -65,12 +65,13 @@ def convert(
     JointState), .lerobot (a folder: LeRobotDataset v3.0), .parquet (one table). Of a recording
     they have what was commanded and what was measured.
 
-    A file that is there already is replaced; a folder is refused.
+    A file that is there already is replaced, but none of IN; a folder is refused.
     """
     from armsyn.cli.motion_export import export
     from armsyn.errors import InputError
     from armsyn.motion.formats import EXPORTS, write_motion
 
+    _check_apart(sources, out)
     changes = (fill_gaps, resample, landmarks)
     if out.suffix.lower() in EXPORTS and not body:
         from armsyn.cli.motion_episodes import episodes_in
@@ -96,6 +97,20 @@ def convert(
         write_motion(out, motion)
         left_out = _left_out(reading, motion, out)
     _report(sources[0], out, reading, motion, left_out, as_json)
+
+
+def _check_apart(sources: tuple[str, ...], out: Path) -> None:
+    """Refuse to write over what is read: it may hold more than OUT can, such as commands."""
+    from armsyn.errors import InputError
+    from armsyn.motion.formats import split_take
+
+    for source in sources:
+        try:
+            same = out.samefile(split_take(source)[0])
+        except (OSError, ValueError):
+            continue  # one of them is not there
+        if same:
+            raise InputError(f"{out}: is a file to read: name another one to write")
 
 
 def _with_body(

@@ -232,3 +232,25 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     before = sorted(files.iterdir())
     assert words in refused(*arguments)
     assert sorted(files.iterdir()) == before
+
+
+@pytest.mark.parametrize("out", ["driven.npz", "./driven.npz", "link.npz", "link.mcap"])
+def test_what_is_read_is_never_written_over(
+    files: Path, monkeypatch: pytest.MonkeyPatch, out: str
+) -> None:
+    monkeypatch.chdir(files)
+    for link in ("link.npz", "link.mcap"):
+        (files / link).symlink_to("driven.npz")
+    before = {path: path.read_bytes() for path in files.iterdir()}
+    sources = ("plan.npz", "driven.npz") if out.endswith(".mcap") else ("driven.npz",)
+    assert f"{Path(out)}: is a file to read" in refused(*sources, out)
+    assert {path: path.read_bytes() for path in files.iterdir()} == before
+    assert (files / "link.npz").is_symlink()
+
+
+def test_a_take_is_never_written_over_its_file(
+    files: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(files)
+    said("driven.npz", "a.parquet")
+    assert "a.parquet: is a file to read" in refused("a.parquet#0", "a.parquet")
