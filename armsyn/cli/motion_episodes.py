@@ -55,8 +55,8 @@ def _episode(take: Take, task: str, change: Callable[[Motion], Motion]) -> Episo
     path, _ = split_take(take.name)
     motion, suffix = take.motion, path.suffix.lower()
     changed = change(motion)
-    if suffix == ".parquet":
-        return _in_table(path, take, changed, task)
+    if take.episode is not None:
+        return _with(take.episode, changed, task)
     if motion.angles is not None:
         if suffix == ".npz" and _is_recording(path):
             return _recorded(path, motion, changed, task)
@@ -68,13 +68,11 @@ def _episode(take: Take, task: str, change: Callable[[Motion], Motion]) -> Episo
     return Episode(changed, "planned" if planned else "motion", task, facts=take.facts)
 
 
-def _in_table(path: Path, take: Take, changed: Motion, task: str) -> Episode:
+def _with(found: Episode, changed: Motion, task: str) -> Episode:
+    """Return an episode with its motion changed, and all that stands beside it likewise."""
     import dataclasses
 
-    from armsyn.motion.formats.parquet_read import read_episode
-
-    found = read_episode(path, take.facts["episode"])
-    motion = take.motion
+    motion = found.motion
     return dataclasses.replace(
         found,
         motion=changed,

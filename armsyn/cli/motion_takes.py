@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from armsyn.motion import Motion
     from armsyn.motion.body import BodyMotion
+    from armsyn.motion.formats import Episode
 
 
 class Take(NamedTuple):
@@ -25,6 +26,8 @@ class Take(NamedTuple):
     """Whether it is a captured reach, cut and on an arm's landmarks already."""
     facts: dict[str, str]
     """What its reader found or assumed: unit, rate, axis up."""
+    episode: Episode | None = None
+    """For formats with more than a motion: with what stands beside it."""
 
 
 def all_takes(source: str, options: dict[str, Any]) -> Iterator[Take]:
@@ -84,6 +87,7 @@ def _of_file(source: str, given: dict[str, Any]) -> Iterator[Take]:
             hand_last=reading.body is None and not markers,
             cut=False,
             facts=reading.facts,
+            episode=reading.episode,
         )
 
 

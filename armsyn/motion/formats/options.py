@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from armsyn.errors import FormatError
 from armsyn.motion.body import BodyMotion
+from armsyn.motion.formats.episodes import Episode
 from armsyn.motion.motion import FloatArray, Motion
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
@@ -85,11 +86,14 @@ class Reading:
         What was found or assumed on the way: unit, rate, axis up, labels left out.
     body : BodyMotion or None
         For formats with a skeleton.
+    episode : Episode or None
+        The motion with what stands beside it, for formats that hold motions of an arm so.
     """
 
     motion: Motion
     facts: dict[str, str]
     body: BodyMotion | None = None
+    episode: Episode | None = None
 
 
 def metres(unit: str) -> float:

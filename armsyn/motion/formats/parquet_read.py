@@ -65,7 +65,8 @@ def read(path: Path, options: ReadOptions) -> Reading:
     take = chosen(options.take, takes(path), path)
     episode = read_episode(path, take)
     said = {"episode": take, "kind": episode.kind, "task": episode.task}
-    return Reading(episode.motion, {name: value for name, value in said.items() if value})
+    facts = {name: value for name, value in said.items() if value}
+    return Reading(episode.motion, facts, episode=episode)
 
 
 def read_episode(path: Path, take: str) -> Episode:
