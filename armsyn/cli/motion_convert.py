@@ -63,7 +63,8 @@ def convert(
 
     For other programs, an arm's motions, many IN one OUT: .mcap (a ROS 2 bag: JointTrajectory and
     JointState), .lerobot (a folder: LeRobotDataset v3.0), .parquet (one table). Of a recording
-    they have what was commanded and what was measured.
+    they have what was commanded and what was measured, the others only the measured motion.
+    What OUT has no place for is said.
 
     A file that is there already is replaced, but none of IN; a folder is refused.
     """
@@ -89,13 +90,15 @@ def convert(
     if arm is not None and not of_body:
         raise InputError(f"{out}: --arm is for .bvh and .lerobot: leave it out")
     reading = read(sources[0], given)
+    left_out = _beside(sources[0], reading, out)
     if of_body:
         reading = _with_body(sources[0], out, reading, arm, changes)
-        motion, left_out = _write_body(out, reading)
+        motion = _write_body(out, reading)
+        left_out += _without_markers(reading)
     else:
         motion = _changed(reading.motion, *changes)
         write_motion(out, motion)
-        left_out = _left_out(reading, motion, out)
+        left_out += _left_out(reading, motion, out)
     _report(sources[0], out, reading, motion, left_out, as_json)
 
 
@@ -137,12 +140,12 @@ def _with_body(
     return reading
 
 
-def _write_body(out: Path, reading: Reading) -> tuple[Motion, list[str]]:
+def _write_body(out: Path, reading: Reading) -> Motion:
     from armsyn.motion.formats import write_body
 
     assert reading.body is not None  # noqa: S101 - it has been looked for
     write_body(out, reading.body)
-    return reading.body.as_motion(), _without_markers(reading)
+    return reading.body.as_motion()
 
 
 def _changed(
@@ -174,6 +177,16 @@ def _kept(motion: Motion, names: list[str]) -> Motion:
         landmarks=motion.landmarks[:, columns],
         filled=None if motion.filled is None else motion.filled[:, columns],
     )
+
+
+def _beside(source: str, reading: Reading, out: Path) -> list[str]:
+    """Name what a recording or an episode holds beside its motion."""
+    from armsyn.cli.motion_beside import beside, beside_in, in_words, not_held
+    from armsyn.motion.formats import split_take
+
+    path, _ = split_take(source)
+    found = beside(path) | beside_in(reading.episode)
+    return in_words(not_held(found, path, out.suffix.lower()))
 
 
 def _without_markers(reading: Reading) -> list[str]:

@@ -25,11 +25,11 @@ class Written:
     ----------
     bars : StageBars
         Shows how many, when there are several.
-    sources : int
+    sources : tuple of str
         Files that they come from; each has one at least.
     """
 
-    def __init__(self, bars: StageBars, sources: int) -> None:
+    def __init__(self, bars: StageBars, sources: tuple[str, ...]) -> None:
         self._bars = bars
         self._sources = sources
         self.episodes = 0
@@ -38,11 +38,14 @@ class Written:
         self.joints: tuple[str, ...] = ()
         self.landmarks = 0
         self.filled = False
+        self._beside: frozenset[str] = frozenset()
         self.assumed: dict[str, str] = {}
         self.made: dict[str, Any] = {}
 
     def counted(self, episodes: Iterable[Episode]) -> Iterator[Episode]:
         """Give episodes on, and count them."""
+        from armsyn.cli.motion_beside import beside_in
+
         for episode in episodes:
             self.episodes += 1
             self.frames += episode.motion.frames
@@ -50,10 +53,11 @@ class Written:
             self.joints = episode.motion.joint_names
             self.landmarks = len(episode.motion.landmark_names)
             self.filled |= episode.motion.filled is not None
+            self._beside |= beside_in(episode)
             self.assumed |= {k: v for k, v in episode.facts.items() if v.endswith("(assumed)")}
             yield episode
-            if max(self.episodes, self._sources) > 1:
-                most = max(self.episodes, self._sources)
+            most = max(self.episodes, len(self._sources))
+            if most > 1:
                 self._bars.update("episodes", self.episodes, most, "")
 
     def look_into(self, dataset: Path) -> None:
@@ -69,12 +73,18 @@ class Written:
 
     def left_out(self, suffix: str) -> list[str]:
         """Name what a format has no place for."""
+        from armsyn.cli.motion_beside import beside, in_words, not_held
+        from armsyn.motion.formats import split_take
+
         found = []
         if suffix != ".parquet" and self.landmarks:
             found.append(f"{self.landmarks} landmarks")
         if suffix == ".parquet" and self.filled:
             found.append("marks of what was filled in")
-        return found
+        paths = [split_take(source)[0] for source in self._sources]
+        lost = [not_held(beside(path), path, suffix) for path in paths]
+        lost.append(not_held(self._beside, Path(), suffix))
+        return found + in_words(frozenset().union(*lost))
 
 
 def export(
@@ -113,7 +123,7 @@ def export(
     if suffix != ".lerobot" and (units is not None or arm is not None):
         raise InputError(f"{out}: --units and --arm are for .lerobot: here are radians and metres")
     with StageBars() as bars:
-        written = Written(bars, len(sources))
+        written = Written(bars, sources)
         given = written.counted(episodes)
         options: dict[str, Any] = {}
         if suffix == ".lerobot" and (first := next(given, None)) is not None:

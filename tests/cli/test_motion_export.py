@@ -22,6 +22,12 @@ from tests.cli.commands import refused_by, said_by
 ARM = "koch"
 FRAMES = 40
 
+OF_SERVOS = "currents, temperatures, voltages, marks of lost replies, hardware errors"
+BESIDE = (
+    f"what was commanded, what the servos were sent, velocities, {OF_SERVOS}, events,"
+    " the arm's name, the port, how it ended"
+)
+
 said, refused = partial(said_by, convert), partial(refused_by, convert)
 
 
@@ -101,6 +107,47 @@ def test_a_recording_keeps_what_was_commanded(files: Path, suffix: str) -> None:
             *("/dev/pts/7", "yes"),
             "completed",
         )
+
+
+@pytest.mark.parametrize(
+    ("source", "out", "lost"),
+    [
+        ("driven.npz", "a.npz", [BESIDE]),
+        ("driven.npz", "a.csv", [BESIDE]),
+        ("driven.npz", "a.trc", [BESIDE, "5 joint angles"]),
+        (
+            *("driven.csv", "a.npz"),
+            [f"what was commanded, what the servos were sent, velocities, {OF_SERVOS}"],
+        ),
+        (
+            *("driven.csv", "a.mcap"),
+            ["1 landmarks", f"what the servos were sent, velocities, {OF_SERVOS}"],
+        ),
+        (
+            *("driven.npz", "a.mcap"),
+            ["1 landmarks", f"what the servos were sent, {OF_SERVOS}, events"],
+        ),
+        ("driven.npz", "a.parquet", [f"what the servos were sent, {OF_SERVOS}, events"]),
+        (
+            *("driven.npz", "a.lerobot"),
+            ["1 landmarks", f"what the servos were sent, velocities, {OF_SERVOS}, events"],
+        ),
+        (
+            *("table.parquet", "a.csv"),
+            ["what was commanded, velocities, the arm's name, the port, how it ended, the task"],
+        ),
+        ("table.parquet", "a.mcap", ["1 landmarks"]),
+        ("table.parquet", "a.lerobot", ["1 landmarks", "velocities"]),
+        ("plan.npz", "a.csv", []),
+        ("plan.npz", "a.mcap", []),
+    ],
+)
+def test_what_a_recording_loses_is_said(
+    files: Path, source: str, out: str, lost: list[str]
+) -> None:
+    said(files / "driven.npz", files / "table.parquet", "--task", "wave")
+    document = json.loads(said(files / source, files / out, "--json"))
+    assert document["left_out"] == lost
 
 
 def test_plans_and_observed_arms_say_what_they_are(files: Path) -> None:
@@ -189,7 +236,8 @@ def test_changes_reach_what_was_commanded(files: Path) -> None:
 def test_an_arm_becomes_a_skeleton(files: Path) -> None:
     text = said(files / "driven.npz", files / "a.bvh", "--resample", 100)
     assert "8 landmarks" in text
-    assert "left out" not in text
+    (left_out,) = (line for line in text.splitlines() if "left out" in line)
+    assert left_out == f"{files / 'a.bvh'}: left out: {BESIDE}"
     body = read_body(files / "a.bvh")
     chain = load_arm(ARM, calibrated=False).chain
     expected = chain.positions(recording().measured_rad[:1])
