@@ -34,7 +34,8 @@ if TYPE_CHECKING:
 @click.option(
     "--arm",
     metavar="NAME",
-    help="Whose joints they are, for .bvh and .lerobot; a recording in .npz knows.",
+    help="Whose joints they are, for .bvh and .lerobot; a recording in .npz and generated reaches"
+    " know.",
 )
 @click.option("--task", metavar="TEXT", help="What the motions do, for .mcap, .parquet, .lerobot.")
 @click.option(
@@ -127,7 +128,8 @@ def _with_body(
     from armsyn.motion.formats import arm_bvh
 
     if reading.body is None:
-        chain = chain_of(source, reading.motion, arm)
+        told = {} if reading.episode is None else reading.episode.facts
+        chain = chain_of(source, reading.motion, arm or told.get("arm"))
         skeleton = arm_bvh.body_of(_changed(reading.motion, *changes), chain)
         return dataclasses.replace(reading, body=skeleton, motion=skeleton.as_motion())
     if arm is not None:

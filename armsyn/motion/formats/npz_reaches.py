@@ -1,15 +1,17 @@
 """Reaches in a chunk of `armsyn generate`, a numpy archive: one is read as ``FILE#INDEX``.
 
 Keys: ``schema`` ("armsyn-reaches-1"), ``joints``, ``rate_hz``, ``index`` (of each reach), ``first``
-(frame where each begins, the last where all end) and ``angles`` (all frames, rad or m); and, for
-its landmarks: their names (``landmarks``) and the rows of joints and tip that they are at
-(``landmark_rows``), and the chain as `armsyn.kernels.chain.ChainArrays` has it
+(frame where each begins, the last where all end) and ``angles`` (all frames, rad or m); what is
+said of them (any may be missing): ``arm``, ``task``, ``target_m`` (reaches x 3), ``evened`` and
+``swivel_m`` (of each); and, for landmarks: their names (``landmarks``) and the rows of joints and
+tip that they are at (``landmark_rows``), and the chain as `armsyn.kernels.chain.ChainArrays` has it
 (``chain_rotation``, ``chain_translation``, ``chain_prismatic``).
 """
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from armsyn.kernels.chain import ChainArrays, positions_along
 from armsyn.motion.formats.archive import Archive, opened
 from armsyn.motion.formats.npz_bodies import chosen
 from armsyn.motion.formats.options import Reading, ReadOptions
+from armsyn.motion.formats.reaches import episode_of, reading_of, source_of
 from armsyn.motion.motion import Motion
 
 SCHEMA = "armsyn-reaches-1"
@@ -58,6 +61,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
         rate, angles = archive.numbers("rate_hz").ravel(), archive.numbers("angles")
         joints, chain = archive.names("joints"), _chain(archive)
         names, rows = archive.names("landmarks"), archive.numbers("landmark_rows")
+        said = _said(archive, row, len(there))
     if first.size != len(there) + 1 or not (
         rate.size == 1 and rate[0] > 0.0 and 0 <= first[row] < first[row + 1] <= len(angles)
     ):
@@ -73,11 +77,28 @@ def read(path: Path, options: ReadOptions) -> Reading:
             part,
             names,
             positions_along(chain, part)[:, rows.astype(np.intp)],
-            f"{path.name}#{take}",
+            source_of(take, said["arm"]) if said["arm"] else f"{path.name}#{take}",
         )
+        return reading_of(episode_of(motion, take, **said))
     except FormatError as error:
         raise FormatError(f"{path}: {error}") from error
-    return Reading(motion, {"reach": take, "kind": "planned"})
+
+
+def _said(archive: Archive, row: int, count: int) -> dict[str, Any]:
+    """Return what is said of one of `count` reaches, by the parameters of `episode_of`."""
+    said: dict[str, Any] = {
+        key: archive.text(key) if key in archive.keys else "" for key in ("arm", "task")
+    }
+    for key, shape in (("target_m", (count, 3)), ("evened", (count,)), ("swivel_m", (count,))):
+        if key in archive.keys:
+            values = archive.numbers(key)
+            if values.shape != shape:
+                raise FormatError(
+                    f"{archive.path}: '{key}' does not fit the reaches: it is damaged"
+                )
+            said[key] = values[row].tolist()
+    target = said.pop("target_m", None)
+    return said | {"target": None if target is None else tuple(target)}
 
 
 def _chain(archive: Archive) -> ChainArrays:

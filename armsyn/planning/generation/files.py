@@ -1,11 +1,11 @@
 """How a batch of reaches is written: one file (or folder) a chunk, in the format that is asked for.
 
-npz and CSV hold many reaches in few arrays: ``index`` (of each reach), ``first`` (frame where each
+npz holds many reaches in few arrays: ``index`` (of each reach), ``first`` (frame where each
 begins, the last where all end), ``angles`` (all frames, one after another), and what is known of
 each reach, such as ``evened`` (how much nearer it was brought to minimum jerk so that the hand
 speeds up once), ``swivel_m`` (by which the elbow ends elsewhere than predicted) and
-``orientation_error_rad`` (NaN where nothing was asked for). The other formats are those of
-`armsyn.motion.formats`, a reach an episode.
+``orientation_error_rad`` (NaN where nothing was asked for). CSV is a table with a row a frame. Both
+are read by `armsyn.motion.formats`, of which the other formats are, a reach an episode.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from armsyn.errors import InputError, meant
 from armsyn.motion import Motion
 from armsyn.motion.formats import (
     arm_bvh,
+    csv_reaches,
     lerobot_format,
     mcap_format,
     parquet_format,
@@ -27,6 +28,7 @@ from armsyn.motion.formats import (
 )
 from armsyn.motion.formats.episodes import Episode
 from armsyn.motion.formats.files import new_folder, replacing
+from armsyn.motion.formats.reaches import episode_of, source_of
 from armsyn.planning.generation.batch import Batch
 from armsyn.planning.generation.pacing import Paced
 
@@ -39,7 +41,7 @@ PARTS = ".npz"
 """What a format that needs all reaches at once is gathered from."""
 
 
-def write_npz(path: Path, batch: Batch, arm: ArmDescription, _task: str = TASK) -> None:
+def write_npz(path: Path, batch: Batch, arm: ArmDescription, task: str = TASK) -> None:
     """Write a batch as a numpy archive.
 
     Parameters
@@ -48,8 +50,8 @@ def write_npz(path: Path, batch: Batch, arm: ArmDescription, _task: str = TASK) 
         It appears whole or not at all.
     batch : Batch
     arm : ArmDescription
-    _task : str
-        Not said: arrays have no words.
+    task : str
+        What every reach does, in words.
 
     Raises
     ------
@@ -63,6 +65,8 @@ def write_npz(path: Path, batch: Batch, arm: ArmDescription, _task: str = TASK) 
             allow_pickle=False,
             schema=np.array("armsyn-reaches-1"),
             what=np.array(PLANNED),
+            arm=np.array(arm.name),
+            task=np.array(task),
             joints=np.array(arm.joint_names),
             rate_hz=np.array(paced.rate_hz),
             landmarks=np.array(list(arm.landmarks)),
@@ -105,14 +109,17 @@ def read_npz(path: Path) -> Batch:
         )
 
 
-def write_csv(path: Path, batch: Batch, arm: ArmDescription, _task: str = TASK) -> None:
-    """Write a batch as a table with a row a frame: ``reach``, ``time_s``, ``JOINT:angle_rad``."""
+def write_csv(path: Path, batch: Batch, arm: ArmDescription, task: str = TASK) -> None:
+    """Write a batch as a table with a row a frame: see `armsyn.motion.formats.csv_reaches`."""
     paced, joints = batch.paced, [f"{name}:angle_rad" for name in arm.joint_names]
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        file.write(f"# {PLANNED}\n" + ",".join(["reach", "time_s", *joints]) + "\n")
+        file.write(f"# {PLANNED}\n# arm: {arm.name}\n# task: {' '.join(task.split())}\n")
+        file.write(",".join(["reach", "time_s", *joints, *csv_reaches.TARGET_COLUMNS]) + "\n")
         for row, index in enumerate(batch.index.tolist()):
+            target = batch.targets[row].tolist()
             lines = [
-                f"{index},{frame / paced.rate_hz:.10g}," + ",".join(f"{x:.10g}" for x in angles)
+                f"{index},{frame / paced.rate_hz:.10g},"
+                + ",".join(f"{x:.10g}" for x in (*angles, *target))
                 for frame, angles in enumerate(paced.path(row).tolist())
             ]
             file.write("\n".join(lines) + "\n")
@@ -157,12 +164,17 @@ def episodes_of(batch: Batch, arm: ArmDescription, task: str = TASK) -> Iterator
             angles=angles,
             landmark_names=tuple(arm.landmarks),
             landmarks=arm.chain.positions(angles)[:, rows],
-            source=f"reach {index}, planned for {arm.name}",
+            source=source_of(str(index), arm.name),
         )
-        facts = {"arm": arm.name, "reach": str(index)}
-        if batch.evened[row] or batch.swivels[row]:
-            facts |= {"evened": f"{batch.evened[row]:g}", "swivel_m": f"{batch.swivels[row]:.4f}"}
-        yield Episode(motion, "planned", task, facts=facts, target=(x, y, z))
+        yield episode_of(
+            motion,
+            str(index),
+            arm=arm.name,
+            task=task,
+            target=(x, y, z),
+            evened=batch.evened[row],
+            swivel_m=batch.swivels[row],
+        )
 
 
 FORMATS: Mapping[str, tuple[str, Callable[[Path, Batch, ArmDescription, str], None]]] = {
