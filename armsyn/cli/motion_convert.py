@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ from armsyn.cli.motion_options import read, reading_options
 
 if TYPE_CHECKING:
     from armsyn.motion import Motion
-    from armsyn.motion.formats import Reading
+    from armsyn.motion.formats import Episode, Reading
 
 
 @click.command()
@@ -78,7 +79,9 @@ def convert(
     if out.suffix.lower() in EXPORTS and not body:
         from armsyn.cli.motion_episodes import episodes_in
 
-        episodes = episodes_in(sources, given, task or "", lambda m: _changed(m, *changes))
+        def episodes(some: Iterable[str]) -> Iterator[Episode]:
+            return episodes_in(some, given, task or "", lambda m: _changed(m, *changes))
+
         export(out, sources, episodes, arm, units, as_json)
         return
     if len(sources) > 1:

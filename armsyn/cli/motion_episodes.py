@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ _PLANNED = ("planned for ", "predicted for ")
 
 
 def episodes_in(
-    sources: tuple[str, ...],
+    sources: Iterable[str],
     options: dict[str, Any],
     task: str,
     change: Callable[[Motion], Motion],
@@ -26,7 +26,7 @@ def episodes_in(
 
     Parameters
     ----------
-    sources : tuple of str
+    sources : iterable of str
         FILE (all its motions), FILE#TAKE, or a selection of captures.
     options : dict
         With the values of `armsyn.cli.motion_options.reading_options`.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,14 +24,15 @@ class Written:
     Parameters
     ----------
     bars : StageBars
-        Shows how many, when there are several.
+        Shows how far it is, when there are several episodes or files.
     sources : tuple of str
-        Files that they come from; each has one at least.
+        Files that they come from; each has one at least. How many more it has is not known before.
     """
 
     def __init__(self, bars: StageBars, sources: tuple[str, ...]) -> None:
         self._bars = bars
         self._sources = sources
+        self._read = 0
         self.episodes = 0
         self.frames = 0
         self.kinds: dict[str, int] = {}
@@ -41,6 +42,18 @@ class Written:
         self._beside: frozenset[str] = frozenset()
         self.assumed: dict[str, str] = {}
         self.made: dict[str, Any] = {}
+
+    def each_source(self) -> Iterator[str]:
+        """Give the sources, and count those whose episodes have all gone by."""
+        for source in self._sources:
+            yield source
+            self._read += 1
+            self._show()
+
+    def _show(self) -> None:
+        if max(self.episodes, len(self._sources)) > 1:
+            said = f"{self.episodes} {'episode' if self.episodes == 1 else 'episodes'}"
+            self._bars.update("files", self._read, len(self._sources), said)
 
     def counted(self, episodes: Iterable[Episode]) -> Iterator[Episode]:
         """Give episodes on, and count them."""
@@ -56,9 +69,7 @@ class Written:
             self._beside |= beside_in(episode)
             self.assumed |= {k: v for k, v in episode.facts.items() if v.endswith("(assumed)")}
             yield episode
-            most = max(self.episodes, len(self._sources))
-            if most > 1:
-                self._bars.update("episodes", self.episodes, most, "")
+            self._show()
 
     def look_into(self, dataset: Path) -> None:
         """Take over what a LeRobotDataset has made of the frames."""
@@ -90,7 +101,7 @@ class Written:
 def export(
     out: Path,
     sources: tuple[str, ...],
-    episodes: Iterable[Episode],
+    episodes_in: Callable[[Iterable[str]], Iterable[Episode]],
     arm: str | None,
     units: str | None,
     as_json: bool,
@@ -102,8 +113,9 @@ def export(
     out : Path
         With a suffix of `armsyn.motion.formats.EXPORTS`.
     sources : tuple of str
-        Where they come from, for the report.
-    episodes : iterable of Episode
+        Where they come from.
+    episodes_in : callable
+        From sources to their episodes, one by one.
     arm : str or None
         Name of a described arm, whose joints they are.
     units : str or None
@@ -124,7 +136,7 @@ def export(
         raise InputError(f"{out}: --units and --arm are for .lerobot: here are radians and metres")
     with StageBars() as bars:
         written = Written(bars, sources)
-        given = written.counted(episodes)
+        given = written.counted(episodes_in(written.each_source()))
         options: dict[str, Any] = {}
         if suffix == ".lerobot" and (first := next(given, None)) is not None:
             given = itertools.chain([first], given)

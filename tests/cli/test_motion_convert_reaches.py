@@ -12,6 +12,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from armsyn.arm import load_arm
+from armsyn.cli.long_work import StageBars
 from armsyn.cli.motion_convert import convert
 from armsyn.motion.formats import read_body
 from armsyn.planning.generation.batch import Batch
@@ -97,6 +98,33 @@ def test_reaches_become_the_same_bag(chunks: dict[str, Path], kind: str, tmp_pat
             "reach": str(INDICES[row]),
             "task": TASK,
         }
+
+
+@pytest.mark.parametrize(
+    ("kinds", "shown"),
+    [
+        (
+            ("npz", "parquet"),
+            [(0, 2, "1 episode"), (0, 2, "2 episodes"), (0, 2, "3 episodes"), (1, 2, "3 episodes")]
+            + [(1, 2, f"{count} episodes") for count in (4, 5, 6)]
+            + [(2, 2, "6 episodes")],
+        ),
+        (("csv",), [(0, 1, "2 episodes"), (0, 1, "3 episodes"), (1, 1, "3 episodes")]),
+    ],
+)
+def test_progress_counts_files_for_how_many_reaches_they_have_is_not_known(
+    chunks: dict[str, Path],
+    kinds: tuple[str, ...],
+    shown: list[tuple[int, int, str]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    updates = []
+    monkeypatch.setattr(StageBars, "update", lambda _, *update: updates.append(update))
+    for out in ("a.mcap", "a.lerobot"):
+        updates.clear()
+        said(*(chunks[kind] for kind in kinds), tmp_path / out)
+        assert updates == [("files", *each) for each in shown]
 
 
 @pytest.mark.parametrize("kind", KINDS)
