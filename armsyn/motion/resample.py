@@ -135,28 +135,3 @@ def resample(motion: Motion, rate: float) -> Motion:
         When the rate is not a positive number, or gives too few or too many frames.
     """
     return at_times(motion, uniform_times(float(motion.time[0]), float(motion.time[-1]), rate))
-
-
-def normalise_time(motion: Motion, onset: float, offset: float, samples: int = 101) -> Motion:
-    """Return evenly spaced samples of the motion from onset to offset, both included.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any.
-    onset, offset : float
-        Seconds on the motion's own clock.
-    samples : int
-        How many; 101 are a sample a hundredth of the movement.
-
-    Returns
-    -------
-    Motion
-        Its time still is in seconds, so that speeds taken from it stay speeds.
-
-    Raises
-    ------
-    FormatError
-        When onset is not before offset.
-    """
-    return at_times(motion, np.linspace(onset, offset, samples))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from armsyn.errors import CaptureError, InputError
 from armsyn.motion import Motion
-from armsyn.motion.resample import interpolate, normalise_time, resample, uniform_times
+from armsyn.motion.resample import interpolate, resample, uniform_times
 
 
 def line_motion(time: np.ndarray) -> Motion:
@@ -66,13 +66,6 @@ def test_a_gap_spreads_to_its_neighbouring_intervals_only() -> None:
     motion = Motion(time=time, landmark_names=("hand",), landmarks=landmarks)
     gaps = np.isnan(resample(motion, 2.0).hand[:, 0])
     assert gaps.tolist() == [False, False, False, True, True, True, False, False, False]
-
-
-def test_normalised_time_runs_from_onset_to_offset() -> None:
-    motion = normalise_time(line_motion(np.linspace(0, 2, 61)), 0.5, 1.5)
-    assert motion.frames == 101
-    assert motion.time[[0, -1]].tolist() == [0.5, 1.5]
-    np.testing.assert_allclose(motion.hand[:, 0], np.linspace(0.5, 1.5, 101))
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
