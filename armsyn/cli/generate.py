@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 @click.option(
     "--plan",
     type=PLANS,
-    help="What makes the reaches  [default: latent; without an atlas only minjerk]",
+    help="What makes the reaches: minjerk, or, with the arm's atlas, any  [default: latent]",
 )
 @click.option(
     "--slower",
@@ -94,9 +94,9 @@ def generate(**options: Any) -> None:
     Formats: npz and csv (many reaches a file), parquet and mcap (likewise, an episode a reach), bvh
     (a file a reach: the arm as a skeleton), lerobot (one dataset; its action is the posture of the
     plan's next frame, of the last its own, as a loop by position sends it, and its
-    observation.environment_state the target). The same seed and inputs give the same bytes,
-    whatever the number of workers. Ctrl-C, a full disk and even a kill keep every finished chunk;
-    the same command with --resume goes on from there.
+    observation.environment_state the target). The same seed, inputs and --chunk give the same
+    bytes, whatever the number of workers. Ctrl-C, a full disk (exit status 2) and even a kill keep
+    every finished chunk; the same command with --resume goes on from there.
 
     With --cluster, workers of dask.distributed (pip install 'armsyn[cluster]') make the chunks:
     they must see --out by the same path.
