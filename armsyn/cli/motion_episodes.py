@@ -113,6 +113,7 @@ def _recorded(path: Path, motion: Motion, changed: Motion, task: str) -> Episode
         _at(motion, recording.velocity_rad_s, changed),
         facts,
         recording.rate_hz if changed is motion else None,
+        recording.target_m,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -128,9 +128,15 @@ def _in_session(
         try:
             recording = with_progress(lambda show: session.run(plan.trajectory, plan.park, show))
         except BaseException:
-            keep(() if session.recording is None else (session.recording,), arm, options)
+            recorded = () if session.recording is None else (session.recording,)
+            keep([_with_target(one, options) for one in recorded], arm, options)
             raise
-    return Done(arm, plan.start, plan.out, plan.back, recording)
+    return Done(arm, plan.start, plan.out, plan.back, _with_target(recording, options))
+
+
+def _with_target(recording: Recording, options: dict[str, Any]) -> Recording:
+    """The driver is given a trajectory, and knows of no target."""
+    return replace(recording, target_m=tuple(options["target"]))
 
 
 def _in_process(
@@ -158,10 +164,11 @@ def _in_process(
         realtime=options["realtime"],
     )
     result = with_progress(lambda show: run_in_process(job, on_tick=show))
+    recordings = [_with_target(recording, options) for recording in result.recordings]
     if result.error is not None:
-        keep(result.recordings, arm, options)
+        keep(recordings, arm, options)
         raise result.error
-    return Done(arm, plan.start, plan.out, plan.back, result.recordings[-1])
+    return Done(arm, plan.start, plan.out, plan.back, recordings[-1])
 
 
 def _planned(

@@ -103,6 +103,9 @@ class Recording:
     description_sha256 : str
         Of the arm's description with its calibration, as the driver used it (`fingerprint`).
     driver_version : str
+    target_m : 3-tuple of float or None
+        Where a reach was to bring the hand, base frame, m; what follows it (a way back, a way to
+        rest) is recorded, too. None for any other motion.
     """
 
     arm: str
@@ -128,6 +131,7 @@ class Recording:
     voltage_v: FloatArray = field(default_factory=_not_given)
     description_sha256: str = ""
     driver_version: str = armsyn.__version__
+    target_m: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
         shape = self.commanded_rad.shape

@@ -3,8 +3,9 @@
 They follow ``armsyn-motion-1`` (see `armsyn.motion.formats`), so that reading one as a motion gives
 the measured motion with its landmarks. Beside it stand, in npz, keys of the recording's own fields
 (``commanded_rad``, ``velocity_rad_s``, ``current_a``, ``stale``, ``hardware_error``, ``arm``,
-``port``, ``simulated``, ...) and, in CSV, a column ``JOINT:QUANTITY`` for each of its arrays.
-`load_recording` reads npz back; keys that an older file lacks take their defaults.
+``port``, ``simulated``, ..., of a reach ``target_m``) and, in CSV, a column ``JOINT:QUANTITY`` for
+each of its arrays. `load_recording` reads npz back; keys that an older file lacks take their
+defaults.
 """
 
 from __future__ import annotations
@@ -82,6 +83,8 @@ def _keys(recording: Recording) -> dict[str, NDArray[Any]]:
     keys = {name: np.asarray(getattr(recording, name)) for name in (*ARRAYS, *FACTS)}
     keys["ending"] = np.asarray(recording.ending.name)
     keys["measured_rad"] = recording.measured_rad
+    if recording.target_m is not None:
+        keys["target_m"] = np.array(recording.target_m, dtype=np.float64)
     events = recording.events
     keys["event_time_s"] = np.array([event.time for event in events], dtype=np.float64)
     keys["event_text"] = np.array([event.text for event in events], dtype=np.str_)

@@ -62,6 +62,7 @@ def load_recording(path: Path | str) -> Recording:
             **facts,
             time_s=motion.time.copy(),
             joint_names=motion.joint_names,
+            target_m=reader.target(),
             events=reader.events(),
             ending=reader.ending(),
         )
@@ -106,6 +107,14 @@ class _Reader:
             return Ending[name]
         except KeyError:
             raise FormatError(f"{self._path}: unknown ending {name[:40]!r}") from None
+
+    def target(self) -> tuple[float, float, float] | None:
+        if not self.has("target_m"):
+            return None
+        row = self._row("target_m", "f")
+        if len(row) != 3 or not all(map(math.isfinite, row)):
+            raise FormatError(f"{self._path}: 'target_m' is not three finite numbers")
+        return row[0], row[1], row[2]
 
     def events(self) -> tuple[Event, ...]:
         times, texts = self._row("event_time_s", "f"), self._row("event_text", "U")

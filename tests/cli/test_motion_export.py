@@ -162,6 +162,24 @@ def test_plans_and_observed_arms_say_what_they_are(files: Path) -> None:
     np.testing.assert_array_equal(measured, recording().measured_rad)
 
 
+def test_the_target_of_a_recorded_reach_is_passed_on(files: Path) -> None:
+    target = (0.2, -0.05, 0.1)
+    reach = dataclasses.replace(recording(), target_m=target)
+    save_recording(files / "reach.npz", reach, load_arm(ARM, calibrated=False))
+    said(files / "reach.npz", files / "a.mcap", "--resample", 50)
+    assert states(files / "a.mcap")[0]["target_m"] == list(target)
+    said(files / "reach.npz", files / "a.parquet")
+    for source in ("reach.npz", "a.parquet"):
+        out = files / f"{source}.lerobot"
+        said(files / source, out)
+        frames = pq.read_table(out / "data/chunk-000/file-000.parquet")
+        places = np.array(frames["observation.environment_state"].to_pylist())
+        np.testing.assert_array_equal(places, np.tile(np.float32(target), (len(places), 1)))
+    assert "events, the target, the arm's name" in said(files / "reach.npz", files / "a.csv")
+    refusal = refused(files / "reach.npz", files / "driven.npz", files / "b.lerobot")
+    assert "has no target, unlike the first motion" in refusal
+
+
 def test_many_files_become_one_dataset(files: Path) -> None:
     out = files / "d.lerobot"
     text = said(

@@ -112,7 +112,9 @@ def test_the_arm_is_moved_by_a_process_of_its_own(call: Call, tmp_path: Path) ->
     document = said.document
     assert document["hand_error_m"] < 0.005
     assert document["ending"] == Ending.COMPLETED.value
-    assert load_recording(record).ticks == document["ticks"]
+    recording = load_recording(record)
+    assert recording.ticks == document["ticks"]
+    assert recording.target_m == (0.35, -0.1, -0.15)
 
 
 def test_there_and_back_with_recording_and_plot(call: Call, tmp_path: Path) -> None:
@@ -139,6 +141,7 @@ def test_there_and_back_with_recording_and_plot(call: Call, tmp_path: Path) -> N
     with np.load(record) as file:
         assert file["commanded_rad"].shape == recording.angles.shape
         assert np.abs(file["commanded_rad"] - recording.angles).max() < 0.2
+        assert file["target_m"].tolist() == [0.35, -0.1, -0.15]
     picture = imread(plot)
     assert picture.shape[:2] == (540, 960)
     assert np.ptp(picture[..., :3]) > 0.9

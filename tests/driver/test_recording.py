@@ -152,6 +152,7 @@ def test_a_file_reads_back_whole(
         voltage_v=np.full((TICKS, 7), 11.9),
         events=(Event(0.1, "asked to stop"), Event(0.2, "it sags", "warning")),
         description_sha256=fingerprint(human7),
+        target_m=(0.35, -0.1, -0.15),
     )
     save_recording(tmp_path / "reach.npz", whole, human7)
     again = load_recording(tmp_path / "reach.npz")
@@ -179,9 +180,21 @@ def test_a_file_of_before_reads_back_with_what_it_has(
     assert np.isnan(old.temperature_c).all()
     assert old.events == (Event(0.1, "asked to stop: decelerating"),)
     assert (old.description_sha256, old.driver_version) == ("", "")
+    assert old.target_m is None
     # an older file has the motion's angles only, where lost replies are interpolated
     measured = recording.measured_motion(human7).angles
     assert np.array_equal(old.measured_rad, measured)
+
+
+@pytest.mark.parametrize("wrong", [[0.1, 0.2], [0.1, 0.2, np.nan], 0.1, ["a", "b", "c"]])
+def test_a_damaged_target_is_a_format_error(
+    recording: Recording, human7: ArmDescription, tmp_path: Path, wrong: object
+) -> None:
+    save_recording(tmp_path / "good.npz", recording, human7)
+    with np.load(tmp_path / "good.npz") as file:
+        np.savez(tmp_path / "bad.npz", **(dict(file) | {"target_m": np.array(wrong)}))
+    with pytest.raises(FormatError, match=r"bad\.npz: 'target_m' is not "):
+        load_recording(tmp_path / "bad.npz")
 
 
 @pytest.mark.parametrize("key", ["commanded_rad", "stale", "ending", "event_text", "rate_hz"])
