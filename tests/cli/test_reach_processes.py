@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from armsyn.driver import load_recording
 from armsyn.driver import registers as reg
 from armsyn.driver.transactions import Bus
 from armsyn.motion.formats import read_motion
@@ -113,8 +114,11 @@ def test_a_command_that_is_ended_takes_its_simulator_along(number: signal.Signal
             os.close(watch)
 
 
-def test_a_fault_in_mid_reach_is_one_line_and_keeps_the_recording(tmp_path: Path) -> None:
-    record = tmp_path / "reach.csv"
+@pytest.mark.parametrize("suffix", ["csv", "npz"])
+def test_a_fault_in_mid_reach_is_one_line_and_keeps_the_recording(
+    tmp_path: Path, suffix: str
+) -> None:
+    record = tmp_path / f"reach.{suffix}"
     with started("reach", *TARGET, "--record", record, hook=MOVING) as process:
         next_line(process)
         assert next_line(process) == "moving"
@@ -127,3 +131,5 @@ def test_a_fault_in_mid_reach_is_one_line_and_keeps_the_recording(tmp_path: Path
         assert error.startswith("armsyn: ")
         assert "the simulated arm ended by itself: status -9" in error
     assert read_motion(record).duration > 0.25
+    if suffix == "npz":
+        assert load_recording(record).target_m == (0.35, -0.1, -0.15)
