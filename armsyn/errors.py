@@ -400,3 +400,21 @@ class StopRequestedError(ArmsynError):
     """A stop was asked for before anything moved."""
 
     exit_status = 130
+
+
+def by_interrupt(error: BaseException) -> bool:
+    """Whether an error is an interrupt, or what compiled code made of one that struck in it.
+
+    Parameters
+    ----------
+    error : BaseException
+        C code that returns although a signal's handler has raised ends in a SystemError of that.
+
+    Returns
+    -------
+    bool
+    """
+    cause: BaseException | None = error
+    while isinstance(cause, SystemError):
+        cause = cause.__cause__
+    return isinstance(cause, KeyboardInterrupt)

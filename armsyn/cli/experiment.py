@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     type=click.Choice(["small", "full"]),
     default="full",
     show_default=True,
-    help="small: see in seconds that it works; full: the figures.",
+    help="small: see in a minute or two that it works; full: the figures.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--workers", type=click.IntRange(min=1), help="Cores  [default: all]")

@@ -12,7 +12,7 @@ import click
 import armsyn
 from armsyn.cli.interrupts import LostInterrupts, interruptible
 from armsyn.cli.json_errors import DocumentedError, document_of
-from armsyn.errors import ArmsynError, meant
+from armsyn.errors import ArmsynError, by_interrupt, meant
 
 COMMANDS = {
     "arms": "List the arms that are described, show one, or write what other programs need of it.",
@@ -118,12 +118,13 @@ def _status(lost: LostInterrupts) -> int:
         text = f"{said}{_choice_meant(error)} (see {path} --help)"
         return _tell(error, text, error.exit_code)
     except (KeyboardInterrupt, Exception) as error:
-        interrupted = isinstance(error, KeyboardInterrupt | click.Abort)
+        interrupted = isinstance(error, click.Abort) or by_interrupt(error)
         if not (interrupted or lost.any):
             raise
         lost.forget()
         # What failed for an interrupt is told as one, in a document, too
-        return _tell(error if interrupted else KeyboardInterrupt(), "interrupted", INTERRUPTED)
+        kind = error if isinstance(error, click.Abort) else KeyboardInterrupt()
+        return _tell(kind, "interrupted", INTERRUPTED)
 
 
 def _choice_meant(error: click.ClickException) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsyn.arm import ArmDescription
-from armsyn.errors import CaptureError, InputError
+from armsyn.errors import CaptureError, InputError, by_interrupt
 from armsyn.ik import OPTIMISERS
 from armsyn.motion.captures import Capture
 from armsyn.scoring import normalised_speed
@@ -224,7 +224,9 @@ def _learn_jobs(
         for done, (number, (learned, fitted)) in enumerate(each(_judged, jobs, workers), 1):
             job = jobs[number]
             told(done, (job.training.capture.name, job.ik, job.model), learned, fitted)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemError) as error:
+        if not by_interrupt(error):
+            raise
         return False
     return True
 

@@ -124,7 +124,7 @@ def test_what_is_stopped_in_any_way_goes_on_where_it_was(
     if how is signal.SIGKILL:
         assert process.returncode == -signal.SIGKILL
     else:
-        assert process.returncode == 130
+        assert process.returncode == 130, err
         assert "interrupted" in err
         assert json.loads((out / "manifest.json").read_text())["complete"] is False
     for path in out.glob("reaches-*.npz"):

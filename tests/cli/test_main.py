@@ -144,10 +144,11 @@ def test_what_follows_two_dashes_asks_for_no_json(call: Call) -> None:
 
 def test_an_interruption_is_a_document_too(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
+        raise SystemError("compiled code") from KeyboardInterrupt()
 
     monkeypatch.setattr(entry.cli, "main", interrupted)
     said = call("reach", "--json")
+    assert said.document["error"]["type"] == "KeyboardInterrupt"
     assert said.status == 130
     assert said.document["error"]["message"] == "interrupted"
 

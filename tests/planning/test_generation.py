@@ -142,7 +142,7 @@ def test_a_reach_is_the_same_whatever_chunk_it_is_in(made: Path) -> None:
         )
 
 
-def failing_at(number: int, error: Exception) -> Callable[..., None]:
+def failing_at(number: int, error: BaseException) -> Callable[..., None]:
     """A writer that fails on one chunk, half-way through its file."""
 
     def write(path: Path, *rest: object) -> None:
@@ -178,11 +178,19 @@ def test_a_full_disk_keeps_what_is_finished_and_the_rest_can_follow(
     assert content(folder) == content(made)
 
 
+def struck_in_a_kernel() -> SystemError:
+    """What compiled code makes of an interrupt that strikes in what it calls."""
+    unpickling, kernel = SystemError("unpickling"), SystemError("kernel")
+    unpickling.__cause__, kernel.__cause__ = KeyboardInterrupt(), unpickling
+    return kernel
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), struck_in_a_kernel()])
 def test_an_interruption_keeps_what_is_finished(
-    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException
 ) -> None:
     folder = tmp_path / "out"
-    stop = failing_at(2, KeyboardInterrupt())  # type: ignore[arg-type]
+    stop = failing_at(2, error)
     with monkeypatch.context() as patch:
         patch.setitem(chunks.FORMATS, "npz", (".npz", stop))
         report = generate(order(folder), INPUTS, workers=1)
@@ -200,6 +208,14 @@ def test_an_interruption_keeps_what_is_finished(
     found, made_now = "chunks found", "chunks"
     assert progress == [*((found, k, 5) for k in (1, 2)), *((made_now, k, 5) for k in (3, 4, 5))]
     assert content(folder) == content(made)
+
+
+def test_an_error_of_compiled_code_that_is_no_interruption_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(chunks.FORMATS, "npz", (".npz", failing_at(2, SystemError("broken"))))
+    with pytest.raises(SystemError, match="broken"):
+        generate(order(tmp_path / "out"), INPUTS, workers=1)
 
 
 def test_what_was_killed_while_it_tidied_is_whole(
@@ -413,7 +429,7 @@ def test_a_folder_that_another_generation_writes_to_is_left_to_it(
     folder, part = tmp_path / "out", tmp_path / "part"
     folder.mkdir()
     with monkeypatch.context() as patch:
-        stop = failing_at(2, KeyboardInterrupt())  # type: ignore[arg-type]
+        stop = failing_at(2, KeyboardInterrupt())
         patch.setitem(chunks.FORMATS, "npz", (".npz", stop))
         generate(order(part), INPUTS, workers=1)
     whole = Path(shutil.copytree(made, tmp_path / "whole"))

@@ -313,7 +313,7 @@ def test_a_reach_takes_another_synergy_around_an_obstacle(
     halfway = hand[np.argmin(np.abs(np.linalg.norm(hand - hand[0], axis=1) - 0.15))]
     walled = with_box(arm, halfway, (0.01, 0.01, 0.01))
     around = SynergyPlanner(walled, library).plan(arm.rest, target)
-    assert (free.rank, around.rank) == (0, 1)
+    assert around.rank == free.rank + 1
     assert around.trajectory.landmarks is not None
     gap = np.linalg.norm(around.trajectory.landmarks[:, -1] - halfway, axis=1).min()
     assert gap > 0.02  # the hand has an extent

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from armsyn.errors import ArmFaultError, InputError, StopRequestedError
+from armsyn.errors import ArmFaultError, InputError, StopRequestedError, by_interrupt
 from armsyn.planning.generation import chunks
 from armsyn.planning.generation.batch import warm_up
 from armsyn.planning.generation.cluster import connected, each_on_cluster
@@ -107,7 +107,9 @@ def _generated(
             on_progress("chunks", report.done, report.chunks, made)
         if report.complete and report.made and order.format == "lerobot":
             gather(order, on_progress)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemError) as error:
+        if not by_interrupt(error):
+            raise
         report.error = StopRequestedError("interrupted")
     except (InputError, ArmFaultError) as error:  # a full disk, a lost cluster
         report.error = error
