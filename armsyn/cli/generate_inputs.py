@@ -84,7 +84,7 @@ def recipe_of(options: dict[str, Any]) -> tuple[Recipe, dict[str, Any]]:
 def _check_frames(targets: Targets, options: dict[str, Any]) -> None:
     """Refuse a chunk that would not fit in memory."""
     from armsyn.errors import InputError
-    from armsyn.planning.generation.pacing import thinning
+    from armsyn.planning.pacing import thinning
 
     rate = options["rate"] * thinning(options["rate"])
     one = USUAL_S * options["slower"] * rate

@@ -14,10 +14,10 @@ from armsyn.kernels.rates import RateLimits
 from armsyn.kernels.trying import Bounds, Outcomes, try_reaches
 from armsyn.planning.bending import INSIDE, leaves_range, within_ranges
 from armsyn.planning.evenness import measure_of, uneven_speed
-from armsyn.planning.generation.judging import Verdicts, tolerances_at
-from armsyn.planning.generation.pacing import EASE, Paced
+from armsyn.planning.pacing import EASE, Paced
 from armsyn.planning.planned import trajectory_of
 from armsyn.planning.timing import SHORTEST_S, Rates, in_time
+from armsyn.planning.verdicts import Verdicts, tolerances_at
 from armsyn.safety import Clearances, check_trajectory
 
 FloatArray = NDArray[np.float64]

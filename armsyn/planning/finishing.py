@@ -27,7 +27,7 @@ from armsyn.planning.ending import EASE
 from armsyn.planning.evening import EVENINGS, WHOLLY, Evening, evened, nearer
 from armsyn.planning.evenness import UnevenError, uneven_speed
 from armsyn.planning.examples import PHASES
-from armsyn.planning.generation.pacing import thinned, thinning
+from armsyn.planning.pacing import thinned, thinning
 from armsyn.planning.planned import PlannedReach, trajectory_of
 from armsyn.planning.posing import HandOrientation, HandTask, settled
 from armsyn.planning.postures import tips
@@ -238,7 +238,7 @@ def reach_of(
     arm : ArmDescription
     task : HandTask
     done : Finished
-        Sampled so many times as often (`armsyn.planning.generation.pacing.thinning`), that the
+        Sampled so many times as often (`armsyn.planning.pacing.thinning`), that the
         limits hold between frames, too.
     rate_hz : float
         Of the trajectory.

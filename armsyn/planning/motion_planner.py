@@ -19,8 +19,8 @@ from armsyn.planning.checking import (
 from armsyn.planning.end_posture import fulfilled
 from armsyn.planning.examples import PHASES
 from armsyn.planning.finishing import finished, reach_of
-from armsyn.planning.generation.pacing import thinning
 from armsyn.planning.nearest import NearestReaches
+from armsyn.planning.pacing import thinning
 from armsyn.planning.planned import PlannedReach
 from armsyn.planning.posing import HandOrientation, HandTask
 from armsyn.planning.postures import tips

@@ -62,7 +62,7 @@ class Planner(Protocol):
         target : array_like, shape (3,)
             Position of the hand, base frame, m.
         rate_hz : float
-            Of the trajectory; limits hold at `armsyn.planning.generation.pacing.LEAST_HZ` or more.
+            Of the trajectory; limits hold at `armsyn.planning.pacing.LEAST_HZ` or more.
         orientation : HandOrientation, optional
             How the hand is to be turned at the end.
 

@@ -30,8 +30,8 @@ from armsyn.planning.checking import (
 from armsyn.planning.evenness import uneven_speed
 from armsyn.planning.examples import PHASES
 from armsyn.planning.finishing import finished, reach_of
-from armsyn.planning.generation.pacing import thinning
 from armsyn.planning.nearest import NearestReaches
+from armsyn.planning.pacing import thinning
 from armsyn.planning.planned import PlannedReach
 from armsyn.planning.posing import HandOrientation, HandTask
 from armsyn.planning.timing import Rates, too_fast, too_long

@@ -17,7 +17,7 @@ from armsyn.cli.motion_convert import convert
 from armsyn.motion.formats import read_body
 from armsyn.planning.generation.batch import Batch
 from armsyn.planning.generation.files import FORMATS
-from armsyn.planning.generation.pacing import Paced
+from armsyn.planning.pacing import Paced
 from tests.cli.commands import refused_by, said_by
 
 ARM, TASK = "koch", "touch the lamp"

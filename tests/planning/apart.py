@@ -13,9 +13,8 @@ from armsyn.kernels.rates import RateLimits
 from armsyn.kinematics import SerialChain
 from armsyn.planning import timing
 from armsyn.planning.evenness import measure_of
-from armsyn.planning.generation import Paced, Verdicts
-from armsyn.planning.generation.judging import tolerances_at
-from armsyn.planning.generation.pacing import EASE
+from armsyn.planning.pacing import EASE, Paced
+from armsyn.planning.verdicts import Verdicts, tolerances_at
 from armsyn.safety import Clearances
 
 FloatArray = NDArray[np.float64]

@@ -11,7 +11,8 @@ from armsyn.errors import CollisionError, LimitError
 from armsyn.kernels import judging
 from armsyn.motion import Motion
 from armsyn.planning import timing
-from armsyn.planning.generation import Paced, Verdicts
+from armsyn.planning.pacing import Paced
+from armsyn.planning.verdicts import Verdicts
 from armsyn.safety import check_trajectory
 from tests.planning.apart import judge, pace
 

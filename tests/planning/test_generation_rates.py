@@ -8,9 +8,9 @@ from scipy.interpolate import CubicSpline
 
 from armsyn.arm import load_arm
 from armsyn.planning.generation.batch import Recipe, make_batch
-from armsyn.planning.generation.pacing import LEAST_HZ, thinned, thinning
 from armsyn.planning.generation.targets import RandomTargets
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor
+from armsyn.planning.pacing import LEAST_HZ, thinned, thinning
 
 ASKED = 40
 

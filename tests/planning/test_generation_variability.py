@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from armsyn.arm import load_arm
-from armsyn.errors import CaptureError, InputError
+from armsyn.errors import CaptureError
 from armsyn.planning.ending import ended_at
-from armsyn.planning.examples import PHASE, PHASES, Examples, examples_of_people
+from armsyn.planning.examples import PHASE, Examples, examples_of_people
 from armsyn.planning.generation.variability import Variability, learn_variability
 from armsyn.planning.minimum_jerk import MinimumJerkPredictor
 from armsyn.planning.predictor import learn_predictor
@@ -81,22 +81,6 @@ def test_captures_without_repeats_are_refused() -> None:
     few = people().only([0, 1, REPEATS, REPEATS + 1, 2 * REPEATS])
     with pytest.raises(CaptureError, match="2 repeats"):
         learn_variability(few, MinimumJerkPredictor(ARM.chain))
-
-
-def test_a_document_comes_back_and_damage_is_told(learned: Variability) -> None:
-    document = learned.as_document()
-    back = Variability.from_document(document)
-    assert (back.modes == learned.modes).all()
-    assert (back.times == learned.times).all()
-    assert back.modes.shape[1:] == (PHASES, 7)
-    for damaged in (
-        {},
-        document | {"modes": "none"},
-        document | {"times": [0.0]},
-        document | {"times": [float("nan")] * len(learned.times)},
-    ):
-        with pytest.raises(InputError, match="variability"):
-            Variability.from_document(damaged)
 
 
 def test_ends_differ_by_all_that_repeats_do_with_the_hand_where_it_is() -> None:

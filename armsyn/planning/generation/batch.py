@@ -14,10 +14,10 @@ from armsyn.planning.checking import checked_start, not_finite
 from armsyn.planning.end_posture import fulfilled
 from armsyn.planning.evenness import UnevenError
 from armsyn.planning.generation.following import follow
-from armsyn.planning.generation.pacing import Paced, joined, thinned, thinning
 from armsyn.planning.generation.targets import Targets
 from armsyn.planning.generation.variability import Variability
 from armsyn.planning.motion_planner import THERE_M
+from armsyn.planning.pacing import Paced, joined, thinned, thinning
 from armsyn.planning.posing import HandOrientation, HandTask
 from armsyn.planning.postures import tips
 from armsyn.planning.prediction import Predictor
@@ -47,7 +47,7 @@ class Recipe:
     start : array, shape (n,)
         Where reaches start, unless the targets say, rad or m.
     rate_hz : float
-        Frames a second; limits hold at `armsyn.planning.generation.pacing.LEAST_HZ` or more.
+        Frames a second; limits hold at `armsyn.planning.pacing.LEAST_HZ` or more.
     repeats : int
         Reaches to every target, one after another.
     seed : int

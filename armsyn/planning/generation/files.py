@@ -30,7 +30,7 @@ from armsyn.motion.formats.episodes import Episode
 from armsyn.motion.formats.files import new_folder, replacing
 from armsyn.motion.formats.reaches import episode_of, source_of
 from armsyn.planning.generation.batch import Batch
-from armsyn.planning.generation.pacing import Paced
+from armsyn.planning.pacing import Paced
 
 PLANNED = "planned, not measured: no arm or person moved so"
 

@@ -8,17 +8,15 @@ from __future__ import annotations
 
 import dataclasses
 from collections import defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from armsyn.errors import CaptureError, InputError
+from armsyn.errors import CaptureError
 from armsyn.kinematics import SerialChain
 from armsyn.planning.ending import EASE, ended_at
-from armsyn.planning.examples import PHASES, Examples
+from armsyn.planning.examples import Examples
 from armsyn.planning.generation.chance import normal
 from armsyn.planning.postures import jacobians
 from armsyn.planning.prediction import Predicted, Predictor
@@ -101,35 +99,6 @@ class Variability:
         size = np.sqrt((staying**2).sum(axis=(1, 2)))
         stretch = np.minimum(np.linalg.norm(last) / np.maximum(size, 1e-9), MOST_STRETCH)
         return np.asarray(stretch[:, None, None] * staying)
-
-    def as_document(self) -> dict[str, Any]:
-        """Return it as JSON can hold it; see `from_document`."""
-        return {
-            "modes": self.modes.tolist(),
-            "times": self.times.tolist(),
-            "repeats": self.repeats,
-        }
-
-    @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> Variability:
-        """Read what `as_document` gave.
-
-        Raises
-        ------
-        InputError
-            When it is something else.
-        """
-        try:
-            modes = np.array(document["modes"], dtype=np.float64)
-            times = np.array(document["times"], dtype=np.float64)
-            repeats = int(document["repeats"])
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"variability: {error} is missing or no number") from error
-        if modes.ndim != 3 or modes.shape[1] != PHASES or times.shape != modes.shape[:1]:
-            raise InputError(f"variability: modes of shape {modes.shape} with {times.shape} times")
-        if not (np.isfinite(modes).all() and np.isfinite(times).all()):
-            raise InputError("variability: numbers must be finite")
-        return cls(modes, times, repeats)
 
 
 def learn_variability(examples: Examples, predictor: Predictor) -> Variability:
