@@ -61,34 +61,31 @@ def count_peaks(speed: FloatArray, rise: float, spacing: float) -> int:
 
 
 @kernel
-def fill_velocity(hand: FloatArray, rate: float, measure: Measure, velocity: FloatArray) -> None:
-    """Fill central differences, shape (3, samples), of a hand's path at `rate`, between rests."""
-    last, rest = hand.shape[1] - 1, measure.rest
-    stretch = rate / measure.rate
+def fill_velocity(hand: FloatArray, measure: Measure, velocity: FloatArray) -> None:
+    """Fill central differences, shape (3, samples), of a hand's path between rests."""
+    last, rest, half = hand.shape[1] - 1, measure.rest, 0.5 * measure.rate
     for k in range(3):
         here, found = hand[k], velocity[k]
         found[:] = 0.0
-        if stretch == 1.0:
-            half = 0.5 * measure.rate
-            for i in range(1, last):
-                found[rest + i] = half * (here[i + 1] - here[i - 1])
-            found[rest] = half * (here[1] - here[0])
-            found[rest + last] = half * (here[last] - here[last - 1])
-            continue
-        for i in range(rest, found.shape[0]):
-            after = along(here, (i + 1 - rest) * stretch)
-            found[i] = 0.5 * measure.rate * (after - along(here, (i - 1 - rest) * stretch))
+        for i in range(1, last):
+            found[rest + i] = half * (here[i + 1] - here[i - 1])
+        found[rest] = half * (here[1] - here[0])
+        found[rest + last] = half * (here[last] - here[last - 1])
 
 
 @kernel
-def along(values: FloatArray, place: float) -> float:
-    """Value at a place between samples, or of the nearest end."""
-    last = values.shape[0] - 1
-    place = min(max(place, 0.0), float(last))
-    row = min(int(place), last - 1)
-    share = place - row
-    value: float = values[row] + share * (values[row + 1] - values[row])
-    return value
+def resampled(hand: FloatArray, stretch: float) -> FloatArray:
+    """A path, shape (3, frames), at every `stretch` of its frames, and its end once more."""
+    last = hand.shape[1] - 1
+    steps = int(last / stretch + 1e-3)
+    found = np.empty((3, steps + 2))
+    for i in range(steps + 2):
+        place = min(i * stretch, float(last))
+        row = min(int(place), last - 1)
+        share = place - row
+        for k in range(3):
+            found[k, i] = hand[k, row] + share * (hand[k, row + 1] - hand[k, row])
+    return found
 
 
 @kernel
@@ -117,9 +114,9 @@ def low_pass(values: FloatArray, begin: int, measure: Measure) -> None:
 @kernel
 def peaks_along(hand: FloatArray, rate: float, measure: Measure) -> int:
     """Count the peaks of the filtered speed of a hand, shape (3, frames), m."""
-    steps = int((hand.shape[1] - 1) * measure.rate / rate + 1e-3)
-    velocity = np.empty((3, steps + 1 + 2 * measure.rest))
-    fill_velocity(hand, rate, measure, velocity)
+    path = hand if rate == measure.rate else resampled(hand, rate / measure.rate)
+    velocity = np.empty((3, path.shape[1] + 2 * measure.rest))
+    fill_velocity(path, measure, velocity)
     low_pass(velocity, measure.rest, measure)
     speed, y, z = velocity
     for i in range(speed.shape[0]):
