@@ -26,7 +26,7 @@ PYTEST := $(BIN)/python -m pytest -q
 ALONE = { echo "Once more, one at a time, what failed:"; \
 	$(PYTEST) --last-failed --last-failed-no-failures none -m $(1); }
 
-test: $(VENV)/.test  ## what must hold, in ten minutes
+test: $(VENV)/.test  ## what must hold, in ten minutes; the first time kernels are compiled, a few more
 	$(PYTEST) -n auto --dist loadfile -m "not realtime and not slow"
 	$(PYTEST) -n 2 --dist loadfile -m "realtime and not slow" || $(call ALONE,"realtime and not slow")
 

@@ -67,8 +67,8 @@ def generate(
     ------
     InputError
         Too many reaches or chunks; a rate that the format cannot say; more workers than cores; a
-        folder with other things in it, or that cannot be written or that another
-        generation writes to; workers that do not see it; a format whose packages are missing here.
+        folder with other things in it, that cannot be written, or that another generation writes
+        to; workers that do not see it; a format whose packages are missing here.
     """
     _check_count(order)
     _check_rate(order)
